@@ -43,5 +43,7 @@ install(FILES ${PROJECT_BINARY_DIR}/splitcubes.pc DESTINATION ${CMAKE_INSTALL_LI
 
 if(TARGET splitcubes_app)
   install(TARGETS splitcubes_app RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+  # What the viewer offers where no file is named.
+  install(DIRECTORY scenes DESTINATION ${CMAKE_INSTALL_DATADIR}/splitcubes)
   include(SplitcubesManual)
 endif()

@@ -12,6 +12,7 @@ uniform mat4 clip_from_view;
 uniform vec3 origin;
 uniform vec4 clip_plane;       // world; what is behind it is hidden
 
+out vec3 world_position;
 out vec3 view_position;
 out vec3 view_normal;
 out float field_value;
@@ -21,6 +22,7 @@ out float region_mark;
 
 void main() {
     vec4 view = view_from_world * vec4(position - origin, 1.0);
+    world_position = position;
     view_position = view.xyz;
     view_normal = mat3(view_from_world) * normal;
     field_value = field;

@@ -86,9 +86,10 @@ TEST(Replays, AreTheSameForAnyNumberOfThreads) {
     for (const int threads : {1, 2}) {
         settings.threads = threads;
         int frames = 0, pictures = 0;
-        results.push_back(replay_input(settings, [&](const Viewer&, const std::string& picture) {
+        results.push_back(replay_input(settings, [&](const ReplayFrame& frame) {
             ++frames;
-            pictures += picture == "a.png";
+            for (const auto& [act, text] : frame.acts)
+                pictures += act == WindowAct::save_picture && text == "a.png";
         }));
         EXPECT_EQ(frames, 25);
         EXPECT_EQ(pictures, 1);
@@ -102,7 +103,7 @@ TEST(Replays, RefuseUnknownNames) {
     const TemporaryFolder folder("unknown");
     ReplaySettings settings{.file = write_block_scene(folder.path), .frames = 2, .size = {640, 480}};
     settings.inputs = {{.kind = InputKind::set, .name = "stickiness", .value = 1}};
-    EXPECT_THROW(replay_input(settings, [](const Viewer&, const std::string&) {}), InputError);
+    EXPECT_THROW(replay_input(settings, [](const ReplayFrame&) {}), InputError);
 }
 
 }  // namespace

@@ -1,14 +1,46 @@
 #include "body_looks.h"
 
+#include <splitcubes/core/error.h>
 #include <splitcubes/geometry/attribute_transfer.h>
+#include <splitcubes/io/read_picture.h>
 #include <splitcubes/scene/strength.h>
 
 #include <algorithm>
+#include <cmath>
 
 namespace splitcubes::view {
 
+std::vector<Vec3> palette_of(const std::vector<std::string>& names,
+                             const std::vector<geometry::Material>& materials) {
+    constexpr double gamma = 2.2;  // materials are linear
+    const Vec3 skin(0.90, 0.74, 0.62), cut(0.84, 0.20, 0.13);
+    std::vector<Vec3> out;
+    for (std::size_t k = 0; k < names.size(); ++k) {
+        out.push_back(names[k].find(geometry::cut_material) != std::string::npos ? cut : skin);
+        if (k < materials.size())
+            for (int channel = 0; channel < 3; ++channel)
+                out.back()[channel] =
+                    std::pow(materials[k].colour[static_cast<std::size_t>(channel)], 1 / gamma);
+    }
+    return out;
+}
+
+std::shared_ptr<const SurfacePicture> material_picture(const geometry::Material& material) {
+    if (material.texture.empty() && !material.image) return nullptr;
+    try {
+        io::ColourPicture read = material.image
+                                     ? io::read_colours_from_memory(material.image->bytes, material.texture)
+                                     : io::read_colours(material.texture);
+        return std::make_shared<const SurfacePicture>(
+            SurfacePicture{read.width, read.height, std::move(read.rgb)});
+    } catch (const InputError&) {
+        return nullptr;
+    }
+}
+
 BodyLooks::BodyLooks(const SceneSource& source, std::size_t body, const std::vector<std::string>& materials) {
     const scene::SceneDescription& scene = source.description;
+    read_pictures(source, body);
     if (body >= scene.bodies.size() || body >= source.bodies.size()) return;
     const scene::AppearanceDescription& appearance = scene.bodies[body].appearance;
     if (!appearance.empty()) {
@@ -36,6 +68,20 @@ BodyLooks::BodyLooks(const SceneSource& source, std::size_t body, const std::vec
             regions_.push_back({scene::region_test(h.region), h.from_time, h.until_time.value_or(1e300),
                                 h.release_when, -1.0F});
     needs_rest_ = needs_rest_ || !regions_.empty();
+}
+
+// A picture that cannot be read is left out: the mesh has its colours.
+void BodyLooks::read_pictures(const SceneSource& source, std::size_t body) {
+    if (body >= source.bodies.size()) return;
+    const geometry::MeshAttributes& attributes = source.bodies[body].model.attributes;
+    if (attributes.corner_uv.empty()) return;
+    Pictures pictures(attributes.materials.size());
+    bool any = false;
+    for (std::size_t m = 0; m < pictures.size(); ++m) {
+        pictures[m] = material_picture(attributes.materials[m]);
+        any = any || pictures[m] != nullptr;
+    }
+    if (any) pictures_ = std::make_shared<const Pictures>(std::move(pictures));
 }
 
 std::vector<float> BodyLooks::rest_and_depth(const SurfaceView& surface, bool all) {

@@ -14,6 +14,13 @@
 
 namespace splitcubes::view {
 
+/// Returns the colours of materials by their names, sRGB. Materials of the input have their own; cut faces
+/// are those of a fresh cut.
+std::vector<Vec3> palette_of(const std::vector<std::string>& names,
+                             const std::vector<geometry::Material>& materials);
+/// Returns a material's picture; null: it has none that can be read.
+std::shared_ptr<const SurfacePicture> material_picture(const geometry::Material& material);
+
 /// The looks of one body; caches what only cuts change.
 class BodyLooks {
   public:
@@ -24,6 +31,9 @@ class BodyLooks {
     using Finishes = std::vector<std::shared_ptr<const geometry::Finish>>;
     /// By material; null: its colour. Null where the scene says nothing of the body.
     const std::shared_ptr<const Finishes>& finishes() const { return finishes_; }
+    using Pictures = std::vector<std::shared_ptr<const SurfacePicture>>;
+    /// By material; null entries: none; null: no material has one.
+    const std::shared_ptr<const Pictures>& pictures() const { return pictures_; }
     /// Rest position and depth below the uncut surface, four numbers a vertex slot; empty where nothing
     /// depends on them. Only the slots of the ranges are computed again, and those behind the former end.
     std::vector<float> rest_and_depth(const SurfaceView& surface, bool all);
@@ -39,7 +49,10 @@ class BodyLooks {
         std::optional<scene::PieceCondition> release_when;
         float mark;
     };
+    void read_pictures(const SceneSource& source, std::size_t body);
+
     std::shared_ptr<const Finishes> finishes_;
+    std::shared_ptr<const Pictures> pictures_;
     std::shared_ptr<const geometry::NearestPoint> uncut_;  // null: depths are not needed
     std::vector<float> rest_and_depth_;
     std::vector<MarkedRegion> regions_;

@@ -34,7 +34,11 @@ enum class CommandKind {
     save_pieces,      // `name`: a folder
     save_checkpoint,  // `name`: a file
     save_recording,   // `name`: a file
-    show_field,       // `value`: a Field; `radius` > 0: phyxels, too
+    save_scene,       // `name`: a file, of the scene with the strokes
+    save_path,        // `name`: a file, of the strokes
+    save_curve,       // `name`: a file, .svg or .csv
+    show_field,       // `value`: a Field; `slot`: Detail bits
+    seek,             // `value`: the frame of a run to show
     // Of the loop around it.
     play,
     pause,

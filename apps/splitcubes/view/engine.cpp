@@ -4,22 +4,22 @@
 #include "scene_driver.h"
 #include "vectors.h"
 
+#include <splitcubes/core/atomic_file.h>
 #include <splitcubes/core/error.h>
 #include <splitcubes/core/plain_number.h>
 #include <splitcubes/core/stopwatch.h>
-#include <splitcubes/geometry/attribute_transfer.h>
+#include <splitcubes/scene/resolve.h>
 
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <utility>
 
+#include <nlohmann/json.hpp>
+
 namespace splitcubes::view {
 
 namespace {
-
-// Changes of a surface that a window may lag behind without copying the whole.
-constexpr std::size_t max_changes = 64;
 
 SimulationSettings simulation_settings(const scene::SceneDescription& d, const EngineSettings& settings) {
     SimulationSettings out{.time_step = d.time_step, .gravity = to_public(d.gravity)};
@@ -74,22 +74,6 @@ void set_field(MaterialSettings& m, std::size_t index, double value) {
     }
 }
 
-// Materials of the input have their own colours; cut faces are those of a fresh cut.
-std::vector<Vec3> palette_of(const std::vector<std::string>& names,
-                             const std::vector<geometry::Material>& materials) {
-    constexpr double gamma = 2.2;  // materials are linear
-    const Vec3 skin(0.90, 0.74, 0.62), cut(0.84, 0.20, 0.13);
-    std::vector<Vec3> out;
-    for (std::size_t k = 0; k < names.size(); ++k) {
-        out.push_back(names[k].find(geometry::cut_material) != std::string::npos ? cut : skin);
-        if (k < materials.size())
-            for (int channel = 0; channel < 3; ++channel)
-                out.back()[channel] =
-                    std::pow(materials[k].colour[static_cast<std::size_t>(channel)], 1 / gamma);
-    }
-    return out;
-}
-
 std::optional<TearingSettings> tearing_of(double strength) {
     if (!(strength > 0)) return {};
     return TearingSettings{.strength = strength};
@@ -116,6 +100,9 @@ void Engine::start() {
     records_.clear();
     records_.resize(bodies_.size());
     recorded_.clear();
+    log_.clear();
+    curve_.clear();
+    scene_forces_.clear();
     kept_.clear();
     initial_.clear();
     for (const auto& [index, value] : changed_) initial_[std::string(parameter_list()[index].name)] = value;
@@ -217,14 +204,14 @@ void Engine::carry_out(const Command& command) {
             return strokes_.end(command.slot);
         case CommandKind::begin_pull:
             if (command.anchor.body < bodies_.size())
-                pulls_.begin(command, bodies_[command.anchor.body], *simulation_);
+                pulls_.begin(command, bodies_[command.anchor.body], *simulation_, log_);
             return;
         case CommandKind::move_pull:
             if (!command.points.empty()) pulls_.move(command.slot, command.points.front());
             return;
         case CommandKind::end_pull:
         case CommandKind::unpin:
-            return pulls_.end(command.slot, *simulation_);
+            return pulls_.end(command.slot, *simulation_, log_);
         case CommandKind::pin:
             return pulls_.set_pinned(command.slot);
         case CommandKind::restart:
@@ -232,24 +219,16 @@ void Engine::carry_out(const Command& command) {
         case CommandKind::resume_at:
             return resume_at(static_cast<std::int64_t>(command.value));
         case CommandKind::save_surface:
-            if (bodies_.empty()) return;
-            for (std::size_t k = 0; k < bodies_.size(); ++k) {
-                std::filesystem::path file = command.name;
-                if (k > 0)
-                    file.replace_filename(file.stem().string() + "-" + std::to_string(k) +
-                                          file.extension().string());
-                simulation_->write_surface(bodies_[k], file.string());
-            }
-            return notify("saved " + command.name);
         case CommandKind::save_pieces:
-            return save_pieces(command.name), notify("saved the pieces in " + command.name);
         case CommandKind::save_checkpoint:
-            return simulation_->save(command.name), notify("saved " + command.name);
         case CommandKind::save_recording:
-            return write_session_recording(command.name, recording()), notify("saved " + command.name);
+        case CommandKind::save_scene:
+        case CommandKind::save_path:
+        case CommandKind::save_curve:
+            return save(command);
         case CommandKind::show_field:
             field_ = static_cast<Field>(static_cast<int>(command.value));
-            shows_samples_ = command.radius > 0;
+            details_ = static_cast<unsigned>(command.slot);
             return;
         default:
             return;
@@ -259,7 +238,8 @@ void Engine::carry_out(const Command& command) {
 // Undo goes back to before the stroke, blade and all.
 void Engine::begin_stroke(const Command& command) {
     if (strokes_.empty()) simulation_->mark_undo_point();
-    strokes_.begin(command, *simulation_);
+    log_.forget_undone();
+    strokes_.begin(command, *simulation_, log_);
 }
 
 void Engine::change_materials(const std::function<void(MaterialSettings&)>& change) {
@@ -354,6 +334,7 @@ void Engine::travel(bool back) {
         notify(back ? "there is nothing to undo" : "there is nothing to redo");
         return;
     }
+    back ? log_.go_back(simulation_->time()) : log_.go_forward(simulation_->time());
     forget_gestures();
 }
 
@@ -361,7 +342,7 @@ void Engine::forget_gestures() {
     strokes_.clear();
     for (const ToolId tool : simulation_->tools())
         if (!driver_ || !driver_->owns(tool)) simulation_->remove_tool(tool);
-    pulls_.after_travel(*simulation_);
+    pulls_.after_travel(*simulation_, log_);
     for (const HandleId handle : simulation_->handles())
         if (!pulls_.owns(handle) && (!driver_ || !driver_->owns(handle))) simulation_->remove_handle(handle);
 }
@@ -379,11 +360,14 @@ void Engine::step() {
     run_script();
     try {
         if (driver_) driver_->advance(*simulation_);
-        strokes_.before_step(*simulation_);
-        pulls_.before_step(*simulation_);
+        strokes_.before_step(*simulation_, log_);
+        pulls_.before_step(*simulation_, log_);
         const StepResult result = simulation_->step();
-        strokes_.after_step(*simulation_);
+        strokes_.take_forces(result);
+        strokes_.after_step(*simulation_, log_);
         pulls_.take_forces(result);
+        scene_forces_.clear();
+        if (driver_) driver_->append_forces(result, simulation_->time(), scene_forces_);
         statistics_ = {};
         for (std::size_t k = 0; k < std::min(result.stages.size(), stage_count); ++k)
             statistics_.stage_ms[k] = static_cast<float>(1e3 * result.stages[k].seconds);
@@ -402,6 +386,7 @@ void Engine::step() {
     }
     ++step_;
     statistics_.step_ms = 1e3 * watch.lap();
+    count_step();
     if (strokes_.empty() && pulls_.is_idle()) keep_state();
     if (played_.steps > 0 && step_ == played_.steps)
         notify(state_hash() == played_.state_hash ? "the recording has ended in the state that was recorded"
@@ -437,6 +422,8 @@ void Engine::resume_at(std::int64_t step) {
     strokes_.clear();
     pulls_ = from.pulls;
     step_ = from.step;
+    log_.go_back(simulation_->time());
+    log_.forget_undone();
     std::vector<RecordedCommand> again;
     for (const RecordedCommand& one : recorded_)
         if (one.step >= step_) again.push_back(one);
@@ -462,6 +449,94 @@ Recording Engine::recording() const {
     return {source_->file, initial_, step_, state_hash(), recorded_};
 }
 
+void Engine::count_step() {
+    CurvePoint point{.step = step_,
+                     .time = simulation_->time(),
+                     .step_ms = statistics_.step_ms,
+                     .pieces = pieces(),
+                     .cut_edges = statistics_.new_cut_edges};
+    for (const BodyRecord& record : records_) point.triangles += record.triangles;
+    curve_.add(point);
+}
+
+void Engine::save_surfaces(const std::string& file) const {
+    for (std::size_t k = 0; k < bodies_.size(); ++k) {
+        std::filesystem::path name = file;
+        if (k > 0)
+            name.replace_filename(name.stem().string() + "-" + std::to_string(k) + name.extension().string());
+        simulation_->write_surface(bodies_[k], name.string());
+    }
+}
+
+// Of parameters the values that they have now; those of a scene that were not changed stay.
+scene::SceneDescription Engine::scene_with_strokes() const {
+    scene::SceneDescription out = exported_scene(*source_, log_, step_ + 1);
+    for (const auto& [index, value] : changed_) {
+        if (index == gravity) out.gravity = Vec3(0, 0, -value);
+        if (index == time_step) out.time_step = value;
+        if (index == friction) out.contact.friction = value;
+        if (index == friction && out.ground) out.ground->friction = value;
+    }
+    for (std::size_t b = 0; b < std::min(out.bodies.size(), bodies_.size()); ++b) {
+        scene::BodyDescription& body = out.bodies[b];
+        const MaterialSettings now = simulation_->material(bodies_[b]);
+        body.material.density = now.density;
+        body.material.youngs_modulus = now.youngs_modulus;
+        body.material.poisson_ratio = now.poisson_ratio;
+        body.material.mass_damping = now.mass_damping;
+        body.material.stiffness_damping = now.stiffness_damping;
+        body.material.cutting_resistance = now.cutting_resistance;
+        if (const auto it = changed_.find(strength); it != changed_.end()) {
+            if (!(it->second > 0)) body.material.tearing.reset();
+            if (it->second > 0 && !body.material.tearing) body.material.tearing.emplace();
+            if (it->second > 0) body.material.tearing->strength = it->second;
+        }
+        if (initial_.contains("cell_size")) {
+            body.cells.reset();
+            body.cell_size = initial_.at("cell_size");
+        }
+        if (initial_.contains("phyxel_spacing")) {
+            body.phyxel_count.reset();
+            body.phyxel_spacing = initial_.at("phyxel_spacing");
+        }
+    }
+    return out;
+}
+
+void Engine::save(const Command& command) {
+    const std::string& name = command.name;
+    std::string saved = "saved " + name;
+    switch (command.kind) {
+        case CommandKind::save_surface:
+            save_surfaces(name);
+            break;
+        case CommandKind::save_pieces:
+            save_pieces(name);
+            saved = "saved the pieces in " + name;
+            break;
+        case CommandKind::save_checkpoint:
+            simulation_->save(name);
+            break;
+        case CommandKind::save_scene:
+            write_file(name, scene::resolved_scene(scene_with_strokes(),
+                                                   std::filesystem::absolute(name).parent_path())
+                                     .dump(1) +
+                                 '\n');
+            break;
+        case CommandKind::save_path: {
+            const auto files = write_paths(name, *source_, log_);
+            if (files.size() > 1) saved += " and " + std::to_string(files.size() - 1) + " more";
+            break;
+        }
+        case CommandKind::save_curve:
+            write_curve(name, source_->description.name, curve_.points());
+            break;
+        default:
+            write_session_recording(name, recording());
+    }
+    notify(saved);
+}
+
 void Engine::save_pieces(const std::string& folder) const {
     std::filesystem::create_directories(folder);
     for (std::size_t b = 0; b < bodies_.size(); ++b)
@@ -470,92 +545,6 @@ void Engine::save_pieces(const std::string& folder) const {
             simulation_->write_surface(bodies_[b], (std::filesystem::path(folder) / name).string(),
                                        static_cast<int>(piece));
         }
-}
-
-std::shared_ptr<const SurfaceTopology> Engine::take_topology(BodyRecord& record, const SurfaceView& surface) {
-    if (record.topology && record.topology->revision == surface.revision) return record.topology;
-    const bool follows = record.topology && surface.revision == record.topology->revision + 1;
-    if (!follows) record.changes.clear();
-    if (follows) {
-        record.changes.push_back({surface.revision,
-                                  {surface.changed_vertices.begin(), surface.changed_vertices.end()},
-                                  {surface.changed_triangles.begin(), surface.changed_triangles.end()}});
-        if (record.changes.size() > max_changes) record.changes.pop_front();
-    }
-    auto out = std::make_shared<SurfaceTopology>();
-    out->triangles.assign(surface.triangles.begin(), surface.triangles.end());
-    out->origins.assign(surface.origins.begin(), surface.origins.end());
-    out->materials.assign(surface.triangle_material.begin(), surface.triangle_material.end());
-    out->pieces.assign(surface.pieces.begin(), surface.pieces.end());
-    out->rest.assign(surface.rest_positions.begin(), surface.rest_positions.end());
-    out->rest_and_depth = record.looks->rest_and_depth(surface, !follows);
-    out->revision = surface.revision;
-    out->changes.assign(record.changes.begin(), record.changes.end());
-    record.topology = out;
-    return out;
-}
-
-std::size_t Engine::pieces_of(const std::string& body) const {
-    for (std::size_t k = 0; k < std::min(bodies_.size(), source_->bodies.size()); ++k)
-        if (source_->bodies[k].settings.name == body) return simulation_->piece_count(bodies_[k]);
-    return 0;
-}
-
-BodyState Engine::body_state(std::size_t index) {
-    const BodyId body = bodies_[index];
-    const SurfaceView surface = simulation_->surface(body);
-    BodyState out;
-    out.id = body;
-    if (!records_[index].palette)
-        records_[index].looks =
-            std::make_shared<BodyLooks>(*source_, index, simulation_->material_names(body));
-    out.topology = take_topology(records_[index], surface);
-    out.positions.assign(surface.positions.begin(), surface.positions.end());
-    out.normals.assign(surface.normals.begin(), surface.normals.end());
-    if (!records_[index].palette)
-        records_[index].palette = std::make_shared<const std::vector<Vec3>>(palette_of(
-            simulation_->material_names(body), index < source_->bodies.size()
-                                                   ? source_->bodies[index].model.attributes.materials
-                                                   : std::vector<geometry::Material>()));
-    out.palette = records_[index].palette;
-    out.finishes = records_[index].looks->finishes();
-    out.marks = records_[index].looks->marks(surface, simulation_->time(),
-                                             [&](const std::string& name) { return pieces_of(name); });
-    out.pieces = simulation_->piece_count(body);
-    if (index < source_->bodies.size()) out.name = source_->bodies[index].settings.name;
-    find_bounds(out);
-    if (field_ == Field::none && !shows_samples_) return out;
-    const SampleState samples = simulation_->samples(body);
-    if (field_ != Field::none) out.field = records_[index].field.at_vertices(surface, samples, field_);
-    if (!shows_samples_) return out;
-    for (const Vector3& p : samples.positions)
-        for (const double v : {p.x, p.y, p.z}) out.sample_positions.push_back(static_cast<float>(v));
-    out.sample_field = SampleField::values(samples, field_);
-    return out;
-}
-
-std::shared_ptr<PublishedState> Engine::publish() {
-    auto out = std::make_shared<PublishedState>();
-    out->number = ++published_;
-    out->step = step_;
-    out->time = simulation_->time();
-    for (std::size_t b = 0; b < bodies_.size(); ++b) out->bodies.push_back(body_state(b));
-    if (driver_) driver_->append_blades(out->time, out->blades);
-    if (driver_) driver_->append_colliders(out->time, out->colliders);
-    if (driver_) driver_->append_instruments(out->time, out->instruments);
-    if (driver_) driver_->append_rods(out->time, *simulation_, out->bodies, out->rods);
-    if (source_->description.ground) out->ground = source_->description.ground->height;
-    out->camera = source_->description.camera;
-    strokes_.append_blades(out->blades);
-    pulls_.append_states(*simulation_, out->pulls);
-    out->statistics = statistics_;
-    out->undo_count = simulation_->undo_count();
-    out->redo_count = simulation_->redo_count();
-    out->title = source_->description.name;
-    out->notice = notice_;
-    out->notices = notices_;
-    for (std::size_t k = 0; k < parameter_count; ++k) out->parameters.push_back(parameter_value(k));
-    return out;
 }
 
 }  // namespace splitcubes::view

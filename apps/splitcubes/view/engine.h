@@ -6,6 +6,8 @@
 #include "published_state.h"
 #include "sample_field.h"
 #include "scene_source.h"
+#include "session_curve.h"
+#include "stroke_log.h"
 #include "strokes.h"
 
 #include <deque>
@@ -51,6 +53,8 @@ class Engine {
     void notify(const std::string& notice);
     /// Steps to go on from, ascending.
     std::vector<std::int64_t> kept_steps() const;
+    /// The strokes and pulls that were not undone.
+    const StrokeLog& log() const { return log_; }
 
   private:
     struct Kept {
@@ -64,6 +68,9 @@ class Engine {
         SampleField field;
         std::shared_ptr<const std::vector<Vec3>> palette;
         std::shared_ptr<BodyLooks> looks;
+        /// Numbers of edges that were cut, and when: those below `first` until `second`, s.
+        std::vector<std::pair<std::int32_t, double>> edge_times;
+        std::size_t triangles = 0;  // that are not free
     };
 
     void start();
@@ -74,6 +81,9 @@ class Engine {
     void change_materials(const std::function<void(MaterialSettings&)>& change);
     void change_strength(double strength);
     void change_steps(std::size_t index, double value);
+    void save(const Command& command);
+    void save_surfaces(const std::string& file) const;
+    scene::SceneDescription scene_with_strokes() const;
     void travel(bool back);
     void forget_gestures();
     void resume_at(std::int64_t step);
@@ -85,7 +95,10 @@ class Engine {
     void start_from_checkpoint();
     void start_from_source();
     std::shared_ptr<const SurfaceTopology> take_topology(BodyRecord& record, const SurfaceView& surface);
+    void find_births(BodyRecord& record, const SurfaceView& surface, bool all, SurfaceTopology& out) const;
     BodyState body_state(std::size_t index);
+    void add_samples(std::size_t index, const SurfaceView& surface, BodyState& out);
+    void count_step();
     std::size_t pieces_of(const std::string& body) const;
 
     std::unique_ptr<const SceneSource> source_;
@@ -95,6 +108,9 @@ class Engine {
     std::unique_ptr<SceneDriver> driver_;
     Strokes strokes_;
     Pulls pulls_;
+    StrokeLog log_;
+    SessionCurve curve_;
+    std::vector<ForceState> scene_forces_;
     std::map<std::size_t, double> changed_;  // parameters that differ from the source's
     std::map<std::string, double> initial_;  // those at the start
     std::deque<RecordedCommand> script_;
@@ -106,7 +122,7 @@ class Engine {
     std::vector<RecordedCommand> recorded_;
     std::deque<Kept> kept_;
     Field field_ = Field::none;
-    bool shows_samples_ = false;
+    unsigned details_ = 0;  // Detail bits
     std::string notice_;
     std::uint64_t notices_ = 0, published_ = 0;
 };

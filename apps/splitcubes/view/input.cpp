@@ -15,8 +15,8 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr std::array<std::string_view, 8> kind_names = {"move", "press", "release", "wheel",
-                                                        "key",  "set",   "act",     "resize"};
+constexpr std::array<std::string_view, 9> kind_names = {"move", "press", "release", "wheel",   "key",
+                                                        "set",  "act",   "resize",  "six_axis"};
 constexpr std::array<std::string_view, 3> button_names = {"left", "right", "middle"};
 
 template <std::size_t N>
@@ -48,6 +48,18 @@ std::string text_at(const Json& json, const char* key, const std::string& where)
     return json[key].get<std::string>();
 }
 
+std::array<double, 6> axes_at(const Json& json, const std::string& where) {
+    std::array<double, 6> out{};
+    const bool is_list =
+        json.contains("axes") && json["axes"].is_array() && json["axes"].size() == out.size();
+    for (std::size_t k = 0; k < out.size(); ++k) {
+        if (!is_list || !json["axes"][k].is_number() || !std::isfinite(json["axes"][k].get<double>()))
+            throw InputError(where, "'axes' is no list of six numbers", "give shifts and turns");
+        out[k] = json["axes"][k].get<double>();
+    }
+    return out;
+}
+
 }  // namespace
 
 std::string input_line(const ViewerInput& input) {
@@ -65,6 +77,7 @@ std::string input_line(const ViewerInput& input) {
     if (!input.name.empty()) out["name"] = input.name;
     if (input.kind == InputKind::wheel || input.kind == InputKind::set) out["value"] = input.value;
     if (!input.text.empty()) out["text"] = input.text;
+    if (input.kind == InputKind::six_axis) out["axes"] = input.axes;
     return out.dump();
 }
 
@@ -91,6 +104,7 @@ ViewerInput input_of_line(const std::string& line, const std::string& where) {
     out.name = text_at(json, "name", where);
     out.value = number_at(json, "value", where);
     out.text = text_at(json, "text", where);
+    if (out.kind == InputKind::six_axis) out.axes = axes_at(json, where);
     return out;
 }
 

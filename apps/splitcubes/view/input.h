@@ -1,6 +1,7 @@
 // Input of the viewer as events that can be recorded and replayed.
 #pragma once
 
+#include <array>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -8,14 +9,15 @@
 namespace splitcubes::view {
 
 enum class InputKind {
-    move,     // of the pointer to x, y
-    press,    // of a button
-    release,  // of a button
-    wheel,    // by `value` notches, away from the user
-    key,      // `name` is pressed
-    set,      // the parameter or setting `name` becomes `value`
-    act,      // the action `name`, with `text` as its file
-    resize,   // of the picture to x, y
+    move,      // of the pointer to x, y
+    press,     // of a button
+    release,   // of a button
+    wheel,     // by `value` notches, away from the user
+    key,       // `name` is pressed
+    set,       // the parameter or setting `name` becomes `value`
+    act,       // the action `name`, with `text` as its file
+    resize,    // of the picture to x, y
+    six_axis,  // motion of a device with six axes, `axes`
 };
 
 enum class Button { left, right, middle };
@@ -34,6 +36,9 @@ struct ViewerInput {
     std::string name{};      // of a key ("a", "1", "space", "left"), a parameter, an action
     double value = 0;
     std::string text{};
+    /// Of a device with six axes: shift to the right, up and towards the user as shares of the view's
+    /// distance, and turn about these directions, rad.
+    std::array<double, 6> axes{};
 };
 
 /// One line of JSON, and back. Throws InputError(where, ...) for anything else.

@@ -36,9 +36,12 @@ std::size_t PublishedState::bytes() const {
     for (const BodyState& body : bodies) {
         out += sizeof(float) * (body.positions.size() + body.normals.size() + body.field.size() +
                                 body.sample_positions.size() + body.sample_field.size());
-        if (statistics.new_cut_edges > 0)
-            out += 17 * body.topology->origins.size() + 16 * body.topology->pieces.size();
+        out += sizeof(SampleLink) * body.links.size();
+        if (statistics.new_cut_edges > 0 || run_frames > 0)
+            out += (body.topology->corner_uv.empty() ? 25 : 49) * body.topology->origins.size() +
+                   16 * body.topology->pieces.size();
     }
+    out += sizeof(ContactState) * forces.contacts.size();
     return out;
 }
 

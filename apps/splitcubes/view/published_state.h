@@ -34,6 +34,9 @@ struct SurfaceTopology {
     std::vector<std::int32_t> materials;   // a triangle slot
     std::vector<std::int32_t> pieces;      // a vertex slot, -1: free
     std::vector<float> rest;               // x, y, z a vertex slot, m
+    std::vector<std::int32_t> cuts;        // a triangle slot: number of the cut that made it, -1: none
+    std::vector<float> born;               // a triangle slot: s, when it was cut; negative: it was not
+    std::vector<float> corner_uv;          // u, v of each corner of a triangle slot; empty: no pictures
     std::uint64_t revision = 0;
     std::vector<SurfaceChange> changes;  // the last ones, ascending
     std::vector<float> rest_and_depth;   // four a vertex slot, m; empty: no finish depends on them
@@ -41,6 +44,15 @@ struct SurfaceTopology {
 
 /// Quantity that colours a surface.
 enum class Field { none, von_mises_stress, principal_stress, principal_strain };
+
+/// What states hold beside the surfaces, where it is shown; bits.
+enum Detail : unsigned { show_samples = 1, show_links = 2, show_contacts = 4 };
+
+/// A picture on a material, of a file or in memory.
+struct SurfacePicture {
+    int width = 0, height = 0;
+    std::vector<std::uint8_t> rgb;  // rows from the top
+};
 
 /// A body as it was after a step.
 struct BodyState {
@@ -52,9 +64,12 @@ struct BodyState {
     std::vector<float> field;                          // a vertex slot; empty: none is shown
     std::vector<float> sample_positions;               // x, y, z a phyxel, m, world; empty: not shown
     std::vector<float> sample_field;                   // a phyxel
+    std::vector<SampleLink> links;                     // between phyxels; empty: not shown
     std::shared_ptr<const std::vector<Vec3>> palette;  // sRGB, of the materials
     /// Of the materials; null entries: the palette's colour; null: no entries.
     std::shared_ptr<const std::vector<std::shared_ptr<const geometry::Finish>>> finishes;
+    /// Of the materials, by their index; null entries: none; null: no entries.
+    std::shared_ptr<const std::vector<std::shared_ptr<const SurfacePicture>>> pictures;
     std::vector<float> marks;  // a vertex slot: 1 held, -1 pulled, 0 neither; empty: neither
     std::size_t pieces = 0;
     /// Lower and upper corners of runs of triangles_per_block triangle slots, for picks; infinite: all free.
@@ -93,6 +108,24 @@ struct PullState {
     double force = 0;            // N
 };
 
+/// A force of a tool or of a pull on a body.
+struct ForceState {
+    Vec3 at = Vec3::Zero();     // m, world
+    Vec3 force = Vec3::Zero();  // N, world
+};
+
+/// A point where a body is pushed.
+struct ContactState {
+    Vec3 at = Vec3::Zero();     // m, world
+    Vec3 force = Vec3::Zero();  // N, world, on the body
+    bool by_a_body = false;
+};
+
+struct ForceStates {
+    std::vector<ForceState> arrows;
+    std::vector<ContactState> contacts;  // where they are shown
+};
+
 inline constexpr std::size_t stage_count = 12;
 
 /// Measures of a step.
@@ -119,6 +152,9 @@ struct PublishedState {
     std::vector<ColliderState> colliders;
     std::vector<InstrumentState> instruments;
     std::vector<RodState> rods;
+    ForceStates forces;
+    /// Number of frames of a run that is played back, of which `step` is one; 0: a simulation.
+    std::int64_t run_frames = 0;
     std::optional<double> ground;     // m, height of the table
     scene::CameraDescription camera;  // that the scene asks for
     StepStatistics statistics;

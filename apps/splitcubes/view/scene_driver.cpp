@@ -56,6 +56,31 @@ bool is_there(const std::optional<Name>& id, const std::vector<Name>& present) {
 
 }  // namespace
 
+void append_blades(const SceneSource& source, double time, std::vector<std::vector<Vec3>>& out) {
+    for (std::size_t k = 0; k < source.blades.size(); ++k) {
+        const cutting::Blade& blade = source.blades[k];
+        if (!blade.active(time) || !source.instruments[k]->empty()) continue;
+        for (std::vector<Vec3>& line : blade.pose(time)) out.push_back(std::move(line));
+    }
+}
+
+void append_instruments(const SceneSource& source, double time, std::vector<InstrumentState>& out) {
+    for (std::size_t k = 0; k < source.blades.size(); ++k) {
+        const auto [from, until] = scene::shown_times(source.description.tools[k]);
+        if (source.instruments[k]->empty() || time < from || time > until) continue;
+        out.push_back({source.instruments[k], source.blades[k].frame(time)});
+    }
+}
+
+void append_colliders(const scene::SceneDescription& scene,
+                      const std::vector<std::shared_ptr<const geometry::TriangleMesh>>& meshes, double time,
+                      std::vector<ColliderState>& out) {
+    for (std::size_t k = 0; k < meshes.size(); ++k)
+        if (!meshes[k]->triangles.empty())
+            out.push_back(
+                {meshes[k], scene::collider_frame(scene.colliders[k], time), scene.colliders[k].finish});
+}
+
 SceneDriver::SceneDriver(const SceneSource& source, Simulation& simulation, const std::vector<BodyId>& bodies)
     : source_(source), bodies_(bodies) {
     constraints_.resize(source.description.constraints.size());
@@ -216,24 +241,6 @@ bool SceneDriver::owns(HandleId handle) const {
     return std::find(handles_.begin(), handles_.end(), std::optional(handle)) != handles_.end();
 }
 
-// Tools with a solid are drawn as that.
-void SceneDriver::append_blades(double time, std::vector<std::vector<Vec3>>& out) const {
-    for (std::size_t k = 0; k < source_.blades.size(); ++k) {
-        const cutting::Blade& blade = source_.blades[k];
-        if (!blade.active(time) || !source_.instruments[k]->empty()) continue;
-        for (std::vector<Vec3>& line : blade.pose(time)) out.push_back(std::move(line));
-    }
-}
-
-void SceneDriver::append_instruments(double time, std::vector<InstrumentState>& out) const {
-    for (std::size_t k = 0; k < source_.blades.size(); ++k) {
-        const cutting::Blade& blade = source_.blades[k];
-        const auto [from, until] = scene::shown_times(source_.description.tools[k]);
-        if (source_.instruments[k]->empty() || time < from || time > until) continue;
-        out.push_back({source_.instruments[k], blade.frame(time)});
-    }
-}
-
 void SceneDriver::append_rods(double time, const Simulation& simulation, const std::vector<BodyState>& states,
                               std::vector<RodState>& out) const {
     const scene::SceneDescription& scene = source_.description;
@@ -260,11 +267,26 @@ void SceneDriver::append_rods(double time, const Simulation& simulation, const s
     }
 }
 
-void SceneDriver::append_colliders(double time, std::vector<ColliderState>& out) const {
-    for (std::size_t k = 0; k < collider_meshes_.size(); ++k)
-        if (!collider_meshes_[k]->triangles.empty())
-            out.push_back({collider_meshes_[k], scene::collider_frame(source_.description.colliders[k], time),
-                           source_.description.colliders[k].finish});
+void SceneDriver::append_forces(const StepResult& result, double time, std::vector<ForceState>& out) const {
+    for (const ToolResult& tool : result.tools) {
+        const Vec3 force = to_eigen(tool.force);
+        if (!(force.norm() > 0)) continue;
+        for (std::size_t k = 0; k < tools_.size(); ++k)
+            for (std::size_t edge = 0; edge < tools_[k].size(); ++edge) {
+                if (!(tools_[k][edge] == tool.tool)) continue;
+                const std::vector<Vec3>& line = source_.blades[k].shape().polylines[edge];
+                out.push_back(
+                    {source_.blades[k].frame(time) * Vec3(0.5 * (line.front() + line.back())), force});
+            }
+    }
+    for (const HandleResult& handle : result.handles)
+        for (std::size_t k = 0; k < handles_.size(); ++k) {
+            const Vec3 force = to_eigen(handle.force);
+            if (!handles_[k] || !(*handles_[k] == handle.handle) || !(force.norm() > 0)) continue;
+            const auto* ball = std::get_if<scene::SphereRegion>(&source_.description.handles[k].region);
+            const Vec3 rest = ball != nullptr ? ball->center : source_.description.handles[k].pivot;
+            out.push_back({handle_motions_[k](time) * rest, force});
+        }
 }
 
 }  // namespace splitcubes::view

@@ -11,6 +11,15 @@
 
 namespace splitcubes::view {
 
+/// Edges of the scene's tools while they cut, m, world; not of those that are drawn as solids.
+void append_blades(const SceneSource& source, double time, std::vector<std::vector<Vec3>>& out);
+/// The solids of the scene's tools while they are near their work.
+void append_instruments(const SceneSource& source, double time, std::vector<InstrumentState>& out);
+/// meshes: of the colliders, own frames.
+void append_colliders(const scene::SceneDescription& scene,
+                      const std::vector<std::shared_ptr<const geometry::TriangleMesh>>& meshes, double time,
+                      std::vector<ColliderState>& out);
+
 /// Between two steps it gives the simulation the poses of the next one. It keeps no state but the ids, so
 /// that it follows the simulation back and forward in time.
 class SceneDriver {
@@ -21,14 +30,14 @@ class SceneDriver {
     void advance(Simulation& simulation);
     bool owns(ToolId tool) const;
     bool owns(HandleId handle) const;
-    /// Edges of the scene's tools while they cut, m, world.
-    void append_blades(double time, std::vector<std::vector<Vec3>>& out) const;
-    /// The solids of the scene's tools while they are near their work.
-    void append_instruments(double time, std::vector<InstrumentState>& out) const;
     /// Handles whose regions have vertices among those of the bodies.
     void append_rods(double time, const Simulation& simulation, const std::vector<BodyState>& states,
                      std::vector<RodState>& out) const;
-    void append_colliders(double time, std::vector<ColliderState>& out) const;
+    /// Forces of a step on the scene's tools and by its handles.
+    void append_forces(const StepResult& result, double time, std::vector<ForceState>& out) const;
+    const std::vector<std::shared_ptr<const geometry::TriangleMesh>>& collider_meshes() const {
+        return collider_meshes_;
+    }
 
   private:
     BodyId body_of(const std::string& name) const;

@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <cmath>
 #include <fstream>
 #include <map>
@@ -72,8 +73,95 @@ void note_left_out(const scene::BodyDescription& b, std::vector<std::string>& no
                          "use `splitcubes run` and `splitcubes render`");
 }
 
-// The public interface knows materials, not colours of vertices: triangles of about one colour become a
-// material.
+bool is_checkpoint(const std::filesystem::path& file) {
+    constexpr std::string_view mark = "Splitcubes simulation ";
+    std::string first(mark.size(), ' ');
+    std::ifstream in(file, std::ios::binary);
+    return in.read(first.data(), static_cast<std::streamsize>(first.size())) && first == mark;
+}
+
+void add_tools(SceneSource& source, scene::BuildReport* report) {
+    for (const scene::ToolDescription& tool : source.description.tools) {
+        source.blades.push_back(scene::make_blade(tool));
+        source.instruments.push_back(std::make_shared<const std::vector<scene::InstrumentPart>>(
+            source.description.display.tools ? scene::instrument_parts(tool, report)
+                                             : std::vector<scene::InstrumentPart>()));
+    }
+}
+
+SceneSource open_scene(const std::filesystem::path& file) {
+    SceneSource out;
+    out.description = scene::parse_scene_file(file);
+    scene::BuildReport report;
+    for (const scene::BodyDescription& body : out.description.bodies) {
+        note_left_out(body, out.notes);
+        io::Model model = scene::placed_model(body, report);
+        materials_of_colours(model.attributes);
+        BodySettings settings = body_settings_of(body, model.mesh.bounds());
+        out.bodies.push_back({std::move(model), std::move(settings)});
+    }
+    add_tools(out, &report);
+    return out;
+}
+
+// Bodies of scenes have names that can be parts of file names.
+std::string body_name_of(const std::filesystem::path& file) {
+    std::string out = file.stem().string();
+    for (char& c : out)
+        if (std::isalnum(static_cast<unsigned char>(c)) == 0 && c != '_' && c != '-' && c != '.') c = '_';
+    if (out.empty() || out[0] == '-' || out[0] == '.') out.insert(0, "body_");
+    return out;
+}
+
+// Puts the mesh on the table, above the origin.
+SceneSource open_mesh(const std::filesystem::path& file) {
+    SceneSource out;
+    io::Model model = io::read_model(file);
+    materials_of_colours(model.attributes);
+    const geometry::Box bounds = model.mesh.bounds();
+    const double size = bounds.size().maxCoeff();
+    if (!(size > 0)) throw InputError(file.string(), "has no extent", "give a mesh of a solid");
+    double scale = 1;
+    if (size > largest_in_metres) {
+        scale = 1e-3;
+        out.notes.push_back(file.filename().string() + ": is " + std::to_string(static_cast<int>(size)) +
+                            " long; taken as millimetres");
+    }
+    const Vec3 centre = bounds.center();
+    for (Vec3& p : model.mesh.positions) p = scale * (p - Vec3(centre.x(), centre.y(), bounds.min.z()));
+    BodySettings settings{.name = body_name_of(file)};
+    settings.cell_size = geometry::cell_size_for(model.mesh.bounds(), mesh_cells);
+    settings.phyxel_count = mesh_phyxels;
+    settings.material = {.density = mesh_density,
+                         .youngs_modulus = mesh_density * standard_gravity * scale * size / mesh_sag,
+                         .poisson_ratio = mesh_poisson_ratio,
+                         .mass_damping = mesh_mass_damping,
+                         .stiffness_damping = mesh_stiffness_damping,
+                         .cutting_resistance = mesh_resistance};
+    out.bodies.push_back({std::move(model), settings});
+    out.description.name = file.stem().string();
+    scene::BodyDescription body;
+    body.name = settings.name;
+    body.shape = scene::MeshShape{std::filesystem::absolute(file).lexically_normal()};
+    body.placement.scale = Vec3::Constant(scale);
+    body.placement.position = -scale * Vec3(centre.x(), centre.y(), bounds.min.z());
+    body.cells.reset();
+    body.cell_size = out.bodies.front().settings.cell_size;
+    body.phyxel_count = mesh_phyxels;
+    body.material.density = mesh_density;
+    body.material.youngs_modulus = out.bodies.front().settings.material.youngs_modulus;
+    body.material.poisson_ratio = mesh_poisson_ratio;
+    body.material.mass_damping = mesh_mass_damping;
+    body.material.stiffness_damping = mesh_stiffness_damping;
+    body.material.cutting_resistance = mesh_resistance;
+    out.description.bodies.push_back(std::move(body));
+    out.description.ground = scene::GroundDescription{0, mesh_friction};
+    out.description.contact.pieces = true;
+    return out;
+}
+
+}  // namespace
+
 void materials_of_colours(geometry::MeshAttributes& attributes) {
     if (attributes.corner_colour.empty() || !attributes.materials.empty()) return;
     constexpr std::size_t max_materials = 14;
@@ -111,66 +199,30 @@ void materials_of_colours(geometry::MeshAttributes& attributes) {
     }
 }
 
-bool is_checkpoint(const std::filesystem::path& file) {
-    constexpr std::string_view mark = "Splitcubes simulation ";
-    std::string first(mark.size(), ' ');
-    std::ifstream in(file, std::ios::binary);
-    return in.read(first.data(), static_cast<std::streamsize>(first.size())) && first == mark;
-}
-
-SceneSource open_scene(const std::filesystem::path& file) {
+SceneSource open_run_scene(const std::filesystem::path& folder) {
     SceneSource out;
-    out.description = scene::parse_scene_file(file);
-    scene::BuildReport report;
-    for (const scene::BodyDescription& body : out.description.bodies) {
-        note_left_out(body, out.notes);
-        io::Model model = scene::placed_model(body, report);
-        materials_of_colours(model.attributes);
-        BodySettings settings = body_settings_of(body, model.mesh.bounds());
-        out.bodies.push_back({std::move(model), std::move(settings)});
+    out.file = folder;
+    out.description = scene::parse_scene_file(folder / "scene.json");
+    const auto is_missing = [](const std::filesystem::path& file) {
+        std::error_code error;
+        return !std::filesystem::is_regular_file(file, error);
+    };
+    for (scene::ToolDescription& tool : out.description.tools) {
+        const auto* shape = tool.instrument ? std::get_if<scene::MeshInstrument>(&*tool.instrument) : nullptr;
+        if (shape == nullptr || !is_missing(shape->mesh.file)) continue;
+        out.notes.push_back(tool.name + ": is drawn as a line: there is no file " +
+                            shape->mesh.file.string());
+        tool.instrument.reset();
     }
-    for (const scene::ToolDescription& tool : out.description.tools) {
-        out.blades.push_back(scene::make_blade(tool));
-        out.instruments.push_back(std::make_shared<const std::vector<scene::InstrumentPart>>(
-            out.description.display.tools ? scene::instrument_parts(tool, &report)
-                                          : std::vector<scene::InstrumentPart>()));
-    }
+    std::erase_if(out.description.colliders, [&](const scene::ColliderDescription& collider) {
+        const auto* mesh = collider.shape ? std::get_if<scene::MeshShape>(&*collider.shape) : nullptr;
+        if (mesh == nullptr || !is_missing(mesh->file)) return false;
+        out.notes.push_back(collider.name + ": is not drawn: there is no file " + mesh->file.string());
+        return true;
+    });
+    add_tools(out, nullptr);
     return out;
 }
-
-// Puts the mesh on the table, above the origin.
-SceneSource open_mesh(const std::filesystem::path& file) {
-    SceneSource out;
-    io::Model model = io::read_model(file);
-    materials_of_colours(model.attributes);
-    const geometry::Box bounds = model.mesh.bounds();
-    const double size = bounds.size().maxCoeff();
-    if (!(size > 0)) throw InputError(file.string(), "has no extent", "give a mesh of a solid");
-    double scale = 1;
-    if (size > largest_in_metres) {
-        scale = 1e-3;
-        out.notes.push_back(file.filename().string() + ": is " + std::to_string(static_cast<int>(size)) +
-                            " long; taken as millimetres");
-    }
-    const Vec3 centre = bounds.center();
-    for (Vec3& p : model.mesh.positions) p = scale * (p - Vec3(centre.x(), centre.y(), bounds.min.z()));
-    BodySettings settings{.name = file.stem().string()};
-    settings.cell_size = geometry::cell_size_for(model.mesh.bounds(), mesh_cells);
-    settings.phyxel_count = mesh_phyxels;
-    settings.material = {.density = mesh_density,
-                         .youngs_modulus = mesh_density * standard_gravity * scale * size / mesh_sag,
-                         .poisson_ratio = mesh_poisson_ratio,
-                         .mass_damping = mesh_mass_damping,
-                         .stiffness_damping = mesh_stiffness_damping,
-                         .cutting_resistance = mesh_resistance};
-    out.bodies.push_back({std::move(model), std::move(settings)});
-    out.description.name = file.stem().string();
-    out.description.ground = scene::GroundDescription{0, mesh_friction};
-    out.description.contact.pieces = true;
-    return out;
-}
-
-}  // namespace
 
 SceneSource open_source(const std::filesystem::path& file) {
     if (!std::filesystem::is_regular_file(file))

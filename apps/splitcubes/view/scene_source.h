@@ -35,6 +35,14 @@ struct SceneSource {
     bool is_checkpoint = false;      // a saved simulation; there is nothing else then
 };
 
+/// Reads the scene of a run's folder, without bodies, and without what its missing files hold. Throws
+/// InputError.
+SceneSource open_run_scene(const std::filesystem::path& folder);
+
+/// Gives a mesh that has colours at its vertices and no materials up to 14 materials of about these colours:
+/// the public interface knows no colours of vertices.
+void materials_of_colours(geometry::MeshAttributes& attributes);
+
 /// Reads a scene (.json), a mesh, or a saved simulation. Throws InputError.
 SceneSource open_source(const std::filesystem::path& file);
 

@@ -23,9 +23,20 @@ Recording scripted(const std::filesystem::path& file) {
 }  // namespace
 
 void SimulationLoop::open(const std::filesystem::path& file) {
-    const Recording script = scripted(file);
-    engine_ =
-        std::make_unique<Engine>(open_source(script.scene.empty() ? file : script.scene), settings_, script);
+    if (is_run(file)) {
+        auto run = std::make_unique<RunPlayer>(file);
+        run->publish();  // throws where the first frame cannot be read
+        run_ = std::move(run);
+        last_of_run_.reset();
+        engine_.reset();
+        run_notice_.clear();
+        for (const std::string& note : run_->notes()) notify(note);
+    } else {
+        const Recording script = scripted(file);
+        engine_ = std::make_unique<Engine>(open_source(script.scene.empty() ? file : script.scene), settings_,
+                                           script);
+        run_.reset();
+    }
     ++scene_;
     single_steps_ = 0;
 }
@@ -45,6 +56,7 @@ void SimulationLoop::take_one(const Command& command) {
     switch (command.kind) {
         case CommandKind::play:
             playing_ = true;
+            if (run_ && run_->is_at_end()) run_->seek(0);
             return;
         case CommandKind::pause:
             playing_ = false;
@@ -60,34 +72,68 @@ void SimulationLoop::take_one(const Command& command) {
             try {
                 open(command.name);
             } catch (const std::exception& error) {
-                engine_ ? engine_->notify(error.what()) : void(failure_ = error.what());
+                is_open() ? notify(error.what()) : void(failure_ = error.what());
             }
             return;
         case CommandKind::resume_at:
             playing_ = false;
             break;
         case CommandKind::restart:
+            if (run_) return run_->seek(0);
             ++scene_;
             break;
+        case CommandKind::seek:
+            if (run_) run_->seek(static_cast<std::int64_t>(command.value));
+            return;
         default:
             break;
     }
     if (engine_) engine_->apply(command);
+    if (run_ && command.kind != CommandKind::show_field)
+        notify("a run is played back; to cut, open its scene");
+}
+
+void SimulationLoop::notify(const std::string& text) {
+    if (engine_) return engine_->notify(text);
+    run_notice_ = text;
+    ++run_notices_;
+}
+
+double SimulationLoop::step_length() const {
+    if (engine_) return engine_->step_length();
+    return run_ ? run_->frame_length() : 0;
 }
 
 void SimulationLoop::step() {
-    if (!engine_) return;
-    engine_->step();
+    if (engine_) engine_->step();
+    if (run_) {
+        run_->step();
+        playing_ = playing_ && !run_->is_at_end();
+    }
     single_steps_ = std::max(0, single_steps_ - 1);
 }
 
+// A frame that cannot be read leaves the one before.
+std::shared_ptr<PublishedState> SimulationLoop::run_state() {
+    try {
+        if (!last_of_run_ || last_of_run_->step != run_->frame()) last_of_run_ = run_->publish();
+    } catch (const std::exception& error) {
+        playing_ = false;
+        notify(error.what());
+    }
+    auto out = std::make_shared<PublishedState>(last_of_run_ ? *last_of_run_ : PublishedState());
+    out->notice = run_notice_;
+    out->notices = run_notices_;
+    return out;
+}
+
 std::shared_ptr<PublishedState> SimulationLoop::publish() {
-    auto out = engine_ ? engine_->publish() : std::make_shared<PublishedState>();
+    auto out = engine_ ? engine_->publish() : run_ ? run_state() : std::make_shared<PublishedState>();
     out->scene = scene_;
     out->commands = taken_;
     out->playing = playing_;
     out->speed = speed_;
-    if (!engine_ && !failure_.empty()) {
+    if (!is_open() && !failure_.empty()) {
         out->notice = failure_;
         out->notices = 1;
     }
@@ -126,7 +172,7 @@ void SimulationThread::publish() {
     auto state = loop_.publish();
     state->real_time_factor = loop_.is_playing() ? factor_ : 0;
     State next = std::move(state);
-    if (loop_.engine() != nullptr) timeline_.add(next);
+    if (loop_.is_open()) timeline_.add(next);
     const std::lock_guard lock(mutex_);
     newest_.swap(next);
 }
@@ -142,7 +188,7 @@ void SimulationThread::wait_for_work(Clock::time_point until) {
 
 bool SimulationThread::is_due(Clock::time_point now) {
     if (loop_.single_steps() > 0) return true;
-    return loop_.is_playing() && loop_.engine() != nullptr && now >= next_step_;
+    return loop_.is_playing() && loop_.is_open() && now >= next_step_;
 }
 
 void SimulationThread::run() {
@@ -158,7 +204,7 @@ void SimulationThread::run() {
         const Clock::time_point now = Clock::now();
         const bool due = is_due(now);
         if (due) {
-            const double step = loop_.engine() != nullptr ? loop_.engine()->step_length() : 0;
+            const double step = loop_.step_length();
             loop_.step();
             window_time_ += step;
             next_step_ = std::max(

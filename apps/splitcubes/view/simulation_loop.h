@@ -3,6 +3,7 @@
 #pragma once
 
 #include "engine.h"
+#include "run_player.h"
 #include "timeline.h"
 
 #include <atomic>
@@ -30,13 +31,23 @@ class SimulationLoop {
     /// Steps that were asked for one by one while pausing.
     int single_steps() const { return single_steps_; }
     double speed() const { return speed_; }
+    /// Null where nothing or a run is open.
     Engine* engine() { return engine_.get(); }
+    bool is_open() const { return engine_ || run_; }
+    double step_length() const;
 
   private:
     void take_one(const Command& command);
 
     EngineSettings settings_;
+    void notify(const std::string& text);
+    std::shared_ptr<PublishedState> run_state();
+
     std::unique_ptr<Engine> engine_;
+    std::unique_ptr<RunPlayer> run_;  // in place of an engine
+    std::shared_ptr<const PublishedState> last_of_run_;
+    std::string run_notice_;
+    std::uint64_t run_notices_ = 0;
     bool playing_ = false;
     int single_steps_ = 0;
     double speed_ = 1;

@@ -23,6 +23,19 @@ Isometry shifted(const Isometry& frame, const Vec3& by) {
     return out;
 }
 
+// What a stroke touches, of the body and piece at the anchor.
+std::int32_t piece_at(const MaterialPoint& anchor, const SurfaceView& surface) {
+    const std::uint32_t slot = anchor.vertices[0];
+    return slot < surface.pieces.size() ? surface.pieces[slot] : -1;
+}
+
+StrokeSample sample_of(double time, const Isometry& world, const Simulation& simulation, std::size_t body,
+                       std::int32_t piece) {
+    const std::vector<BodyId> bodies = simulation.bodies();
+    if (body >= bodies.size()) return {time, world, world};
+    return {time, world, fitted_motion(simulation.surface(bodies[body]), piece).inverse() * world};
+}
+
 template <class Name>
 bool is_listed(const Name& id, const std::vector<Name>& list) {
     return std::find(list.begin(), list.end(), id) != list.end();
@@ -30,7 +43,7 @@ bool is_listed(const Name& id, const std::vector<Name>& list) {
 
 }  // namespace
 
-void Strokes::begin(const Command& command, Simulation& simulation) {
+void Strokes::begin(const Command& command, Simulation& simulation, StrokeLog& log) {
     if (command.frames.empty() || command.points.size() < 2) return;
     const Vec3 by = drift(command, simulation);
     Stroke stroke;
@@ -44,6 +57,14 @@ void Strokes::begin(const Command& command, Simulation& simulation) {
     for (const Vec3& p : command.points) points.push_back(to_public(p));
     stroke.tool = simulation.add_tool({points}, {.name = "viewer", .pose = to_public(stroke.now)});
     simulation.lower_tool(stroke.tool);
+    if (command.has_anchor && command.anchor.body < simulation.bodies().size()) {
+        stroke.body = command.anchor.body;
+        stroke.piece = piece_at(command.anchor, simulation.surface(simulation.bodies()[stroke.body]));
+    }
+    stroke.logged =
+        log.begin_stroke({stroke.body,
+                          command.points,
+                          {sample_of(simulation.time(), stroke.now, simulation, stroke.body, stroke.piece)}});
     if (const auto old = strokes_.find(command.slot); old != strokes_.end())
         simulation.remove_tool(old->second.tool);
     strokes_[command.slot] = std::move(stroke);
@@ -54,33 +75,57 @@ void Strokes::move(const Command& command, const Simulation& simulation) {
     if (it == strokes_.end() || it->second.ends) return;
     const Vec3 by = drift(command, simulation);
     for (const Isometry& frame : command.frames) it->second.frames.push_back(shifted(frame, by));
+    if (!command.has_anchor || command.anchor.body >= simulation.bodies().size()) return;
+    it->second.body = command.anchor.body;
+    it->second.piece = piece_at(command.anchor, simulation.surface(simulation.bodies()[command.anchor.body]));
 }
 
 void Strokes::end(int slot) {
     if (const auto it = strokes_.find(slot); it != strokes_.end()) it->second.ends = true;
 }
 
-void Strokes::before_step(Simulation& simulation) {
+void Strokes::before_step(Simulation& simulation, StrokeLog& log) {
+    const std::vector<BodyId> bodies = simulation.bodies();
     for (auto& [slot, stroke] : strokes_) {
         std::size_t count = stroke.frames.size();
         if (stroke.frames_per_step > 0)
             count = std::min(count, static_cast<std::size_t>(stroke.frames_per_step));
+        if (count == 0) continue;
+        Isometry rest_from_world = Isometry::Identity();
+        if (stroke.body < bodies.size())
+            rest_from_world = fitted_motion(simulation.surface(bodies[stroke.body]), stroke.piece).inverse();
         for (std::size_t k = 0; k < count; ++k) {
             const double share = static_cast<double>(k + 1) / static_cast<double>(count);
             stroke.now = stroke.frames.front();
             stroke.frames.pop_front();
-            simulation.add_tool_pose(stroke.tool, simulation.time() + share * simulation.time_step(),
-                                     to_public(stroke.now));
+            const double time = simulation.time() + share * simulation.time_step();
+            log.move_stroke(stroke.logged, {time, stroke.now, rest_from_world * stroke.now},
+                            simulation.time());
+            simulation.add_tool_pose(stroke.tool, time, to_public(stroke.now));
         }
     }
 }
 
-void Strokes::after_step(Simulation& simulation) {
+void Strokes::take_forces(const StepResult& result) {
+    for (auto& [slot, stroke] : strokes_)
+        for (const ToolResult& tool : result.tools)
+            if (tool.tool == stroke.tool) stroke.force = to_eigen(tool.force);
+}
+
+void Strokes::append_forces(std::vector<ForceState>& out) const {
+    for (const auto& [slot, stroke] : strokes_)
+        if (stroke.force.norm() > 0) out.push_back({stroke.now.translation(), stroke.force});
+}
+
+void Strokes::after_step(Simulation& simulation, StrokeLog& log) {
     for (auto it = strokes_.begin(); it != strokes_.end();) {
         Stroke& stroke = it->second;
         if (stroke.ends && stroke.frames.empty()) {
             // What it crossed in this step is cut in the next one.
-            if (--stroke.steps_left == 1) simulation.raise_tool(stroke.tool);
+            if (--stroke.steps_left == 1) {
+                simulation.raise_tool(stroke.tool);
+                log.end_stroke(stroke.logged, simulation.time());
+            }
             if (stroke.steps_left == 0) {
                 simulation.remove_tool(stroke.tool);
                 it = strokes_.erase(it);
@@ -98,9 +143,9 @@ void Strokes::append_blades(std::vector<std::vector<Vec3>>& out) const {
     }
 }
 
-void Pulls::begin(const Command& command, BodyId body, Simulation& simulation) {
+void Pulls::begin(const Command& command, BodyId body, Simulation& simulation, StrokeLog& log) {
     if (command.frames.empty()) return;
-    end(command.slot, simulation);
+    end(command.slot, simulation, log);
     Pull pull;
     pull.body = body;
     pull.point = command.anchor;
@@ -115,6 +160,11 @@ void Pulls::begin(const Command& command, BodyId body, Simulation& simulation) {
                                      .region = SphereRegion{to_public(pull.point.rest), command.radius},
                                      .pose = to_public(pose),
                                      .stiffness = command.value});
+    pull.logged = log.begin_pull({command.anchor.body,
+                                  pull.point.rest,
+                                  command.radius,
+                                  command.value,
+                                  {{simulation.time(), pose, Isometry::Identity()}}});
     pulls_[command.slot] = pull;
 }
 
@@ -125,9 +175,10 @@ void Pulls::move(int slot, const Vec3& target) {
     it->second.moved = true;
 }
 
-void Pulls::end(int slot, Simulation& simulation) {
+void Pulls::end(int slot, Simulation& simulation, StrokeLog& log) {
     const auto it = pulls_.find(slot);
     if (it == pulls_.end()) return;
+    log.end_pull(it->second.logged, simulation.time());
     simulation.remove_handle(it->second.handle);
     pulls_.erase(it);
 }
@@ -136,22 +187,25 @@ void Pulls::set_pinned(int slot) {
     if (const auto it = pulls_.find(slot); it != pulls_.end()) it->second.pinned = true;
 }
 
-void Pulls::before_step(Simulation& simulation) {
+void Pulls::before_step(Simulation& simulation, StrokeLog& log) {
     for (auto& [slot, pull] : pulls_) {
         if (!pull.moved) continue;
         pull.moved = false;
         Isometry pose = Isometry::Identity();
         pose.linear() = pull.rotation;
         pose.translation() = pull.target - pull.rotation * pull.point.rest;
-        simulation.add_handle_pose(pull.handle, simulation.time() + simulation.time_step(), to_public(pose));
+        const double time = simulation.time() + simulation.time_step();
+        log.move_pull(pull.logged, {time, pose, Isometry::Identity()}, simulation.time());
+        simulation.add_handle_pose(pull.handle, time, to_public(pose));
     }
 }
 
-void Pulls::after_travel(Simulation& simulation) {
+void Pulls::after_travel(Simulation& simulation, StrokeLog& log) {
     const std::vector<HandleId> present = simulation.handles();
     for (auto it = pulls_.begin(); it != pulls_.end();) {
         const bool there = is_listed(it->second.handle, present);
         if (there && it->second.pinned) {
+            log.end_pull(it->second.logged, std::numeric_limits<double>::infinity());
             ++it;
             continue;
         }
@@ -172,19 +226,24 @@ bool Pulls::owns(HandleId handle) const {
 void Pulls::take_forces(const StepResult& result) {
     for (auto& [slot, pull] : pulls_)
         for (const HandleResult& force : result.handles)
-            if (force.handle == pull.handle) pull.force = to_eigen(force.force).norm();
+            if (force.handle == pull.handle) pull.force = to_eigen(force.force);
+}
+
+void Pulls::append_forces(std::vector<ForceState>& out) const {
+    for (const auto& [slot, pull] : pulls_)
+        if (pull.force.norm() > 0) out.push_back({pull.at, pull.force});
 }
 
 double Pulls::total_force() const {
     double out = 0;
-    for (const auto& [slot, pull] : pulls_) out += pull.force;
+    for (const auto& [slot, pull] : pulls_) out += pull.force.norm();
     return out;
 }
 
 void Pulls::append_states(const Simulation& simulation, std::vector<PullState>& out) {
     for (auto& [slot, pull] : pulls_) {
         pull.at = present_position(pull.point, simulation.surface(pull.body)).value_or(pull.target);
-        out.push_back({slot, pull.pinned, pull.at, pull.target, pull.force});
+        out.push_back({slot, pull.pinned, pull.at, pull.target, pull.force.norm()});
     }
 }
 

@@ -3,6 +3,7 @@
 
 #include "commands.h"
 #include "published_state.h"
+#include "stroke_log.h"
 
 #include <deque>
 #include <map>
@@ -15,12 +16,15 @@ namespace splitcubes::view {
 /// it, and stays until the step after its end has cut what it crossed last.
 class Strokes {
   public:
-    void begin(const Command& command, Simulation& simulation);
+    void begin(const Command& command, Simulation& simulation, StrokeLog& log);
     void move(const Command& command, const Simulation& simulation);
     void end(int slot);
     /// Gives the simulation the poses of the next step.
-    void before_step(Simulation& simulation);
-    void after_step(Simulation& simulation);
+    void before_step(Simulation& simulation, StrokeLog& log);
+    void after_step(Simulation& simulation, StrokeLog& log);
+    /// Forces of the last step on blades.
+    void take_forces(const StepResult& result);
+    void append_forces(std::vector<ForceState>& out) const;
     bool empty() const { return strokes_.empty(); }
     void clear() { strokes_.clear(); }
     void append_blades(std::vector<std::vector<Vec3>>& out) const;
@@ -34,6 +38,10 @@ class Strokes {
         int frames_per_step = 0;  // 0: all
         bool ends = false;
         int steps_left = 2;  // after the end
+        std::size_t logged = 0;
+        std::size_t body = 0;       // that was touched last
+        std::int32_t piece = -1;    // of it; negative: all
+        Vec3 force = Vec3::Zero();  // N
     };
     std::map<int, Stroke> strokes_;
 };
@@ -41,19 +49,20 @@ class Strokes {
 /// Springs by slot that pull a ball of material, or pin it.
 class Pulls {
   public:
-    void begin(const Command& command, BodyId body, Simulation& simulation);
+    void begin(const Command& command, BodyId body, Simulation& simulation, StrokeLog& log);
     void move(int slot, const Vec3& target);
-    void end(int slot, Simulation& simulation);
+    void end(int slot, Simulation& simulation, StrokeLog& log);
     void set_pinned(int slot);
-    void before_step(Simulation& simulation);
+    void before_step(Simulation& simulation, StrokeLog& log);
     /// Keeps those that the simulation still has, and lets go of those that are not pinned.
-    void after_travel(Simulation& simulation);
+    void after_travel(Simulation& simulation, StrokeLog& log);
     bool is_idle() const;  // nothing but pins
     void clear() { pulls_.clear(); }
     bool owns(HandleId handle) const;
     void append_states(const Simulation& simulation, std::vector<PullState>& out);
     void take_forces(const StepResult& result);
     double total_force() const;
+    void append_forces(std::vector<ForceState>& out) const;
 
   private:
     struct Pull {
@@ -63,8 +72,9 @@ class Pulls {
         Mat3 rotation = Mat3::Identity();  // of the material when it was taken
         Vec3 target = Vec3::Zero();        // m, world
         bool moved = false, pinned = false;
-        double force = 0;  // N
+        Vec3 force = Vec3::Zero();  // N, on the body
         Vec3 at = Vec3::Zero();
+        std::size_t logged = 0;
     };
     std::map<int, Pull> pulls_;
 };

@@ -40,6 +40,11 @@ std::optional<std::pair<std::int64_t, std::int64_t>> Timeline::range() const {
     return std::pair{states_.front()->step, states_.back()->step};
 }
 
+std::vector<State> Timeline::states() const {
+    const std::lock_guard lock(mutex_);
+    return {states_.begin(), states_.end()};
+}
+
 State Timeline::at(std::int64_t step) const {
     const std::lock_guard lock(mutex_);
     const auto after = std::upper_bound(states_.begin(), states_.end(), step,

@@ -8,6 +8,7 @@
 #include <mutex>
 #include <optional>
 #include <utility>
+#include <vector>
 
 namespace splitcubes::view {
 
@@ -23,6 +24,8 @@ class Timeline {
     std::optional<std::pair<std::int64_t, std::int64_t>> range() const;
     /// The last state that is not after a step; null: there is none.
     State at(std::int64_t step) const;
+    /// All of them, ascending.
+    std::vector<State> states() const;
 
   private:
     std::size_t budget_;

@@ -78,6 +78,7 @@ const std::array<ToolInfo, tool_count>& tool_list() {
 void Tools::select(ToolKind kind, std::vector<Command>& out) {
     cancel(out);
     kind_ = kind;
+    shift_ = Vec3::Zero();
 }
 
 void Tools::suit(double body_size) {
@@ -138,7 +139,9 @@ Tools::BladePose Tools::free_pose(const ToolContext& context) const {
          Eigen::AngleAxisd(angles_.z(), Vec3::UnitY()))
             .toRotationMatrix();
     const Mat3 view = axes_along(context.camera.forward(), context.camera.right());
-    return {frame_at(point_at_depth(context, has_depth_ ? depth_ : context.camera.distance), view * turn),
+    const OrbitCamera& camera = context.camera;
+    const Vec3 shift = shift_.x() * camera.right() + shift_.y() * camera.up() - shift_.z() * camera.forward();
+    return {frame_at(point_at_depth(context, has_depth_ ? depth_ : camera.distance) + shift, view * turn),
             {}};
 }
 
@@ -313,6 +316,13 @@ bool Tools::wheel(double notches, const ToolContext& context, std::vector<Comman
     if (is_pull) move_pull(context, out);
     if (lowered_) move_blade(context, out);
     return true;
+}
+
+void Tools::six_axis(const std::array<double, 6>& axes, const ToolContext& context,
+                     std::vector<Command>& out) {
+    shift_ += context.camera.distance * Vec3(axes[0], axes[1], axes[2]);
+    angles_ += Vec3(-axes[5], axes[3], -axes[4]);
+    if (lowered_ && kind_ == ToolKind::free_blade) move_blade(context, out);
 }
 
 bool Tools::key(const std::string& name, const ToolContext& context, std::vector<Command>& out) {

@@ -59,6 +59,8 @@ class Tools {
     void release(const ToolContext& context, std::vector<Command>& out);
     /// Whether the wheel is the tool's: otherwise it zooms.
     bool wheel(double notches, const ToolContext& context, std::vector<Command>& out);
+    /// Moves the free blade by a device with six axes; see ViewerInput.
+    void six_axis(const std::array<double, 6>& axes, const ToolContext& context, std::vector<Command>& out);
     bool key(const std::string& name, const ToolContext& context, std::vector<Command>& out);
     /// Ends what is under way.
     void cancel(std::vector<Command>& out);
@@ -98,6 +100,7 @@ class Tools {
     int slot_ = 0;
     bool pinned_ = false;
     Vec3 angles_ = Vec3::Zero();  // rad, of the free blade: roll, pitch, yaw
+    Vec3 shift_ = Vec3::Zero();   // m, of the free blade from the pointer: right, up, towards the eye
 };
 
 }  // namespace splitcubes::view

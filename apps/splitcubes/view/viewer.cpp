@@ -41,6 +41,10 @@ const std::vector<Viewer::Slot>& Viewer::slots() {
         slot("panels", flag(&Display::panels)),
         slot("wireframe", flag(&Display::wireframe)),
         slot("phyxels", flag(&Display::phyxels)),
+        slot("links", flag(&Display::links)),
+        slot("contacts", flag(&Display::contacts)),
+        slot("forces", flag(&Display::forces)),
+        slot("gallery", flag(&Display::gallery)),
         slot("help", flag(&Display::help)),
         slot("clip", flag(&Display::clips)),
         {"clip_axis", [](const V& v) { return static_cast<double>(v.display_.clip_axis); },
@@ -49,7 +53,8 @@ const std::vector<Viewer::Slot>& Viewer::slots() {
          [](V& v, double value) { v.display_.clip_offset = std::clamp(value, 0.0, 1.0); }},
         {"colouring", [](const V& v) { return static_cast<double>(v.display_.colouring); },
          [](V& v, double value) {
-             v.display_.colouring = static_cast<Colouring>(std::clamp(static_cast<int>(value), 0, 4));
+             v.display_.colouring = static_cast<Colouring>(
+                 std::clamp(static_cast<int>(value), 0, static_cast<int>(colouring_names.size()) - 1));
          }},
         {"colour_range", [](const V& v) { return v.display_.range; },
          [](V& v, double value) { v.display_.range = std::max(0.0, value); }},
@@ -71,8 +76,9 @@ const std::vector<Viewer::Slot>& Viewer::slots() {
          [](V& v, double value) {
              v.scrubbed_.reset();
              if (value < 0) return;
-             v.scrubbed_ = static_cast<std::int64_t>(value);
              if (v.playing_) v.act("pause", {});
+             if (v.shows_run()) return v.send(CommandKind::seek, value);
+             v.scrubbed_ = static_cast<std::int64_t>(value);
          }},
     };
     return all;
@@ -80,8 +86,8 @@ const std::vector<Viewer::Slot>& Viewer::slots() {
 
 // Lengths of tools follow the body, and the rest belongs to a session.
 std::vector<std::string> Viewer::kept_settings() {
-    return {"shadows",   "panels",        "wireframe",    "phyxels",
-            "colouring", "knife_through", "scalpel_tilt", "pull_strength"};
+    return {"shadows", "panels",    "wireframe",     "phyxels",      "links",        "contacts",
+            "forces",  "colouring", "knife_through", "scalpel_tilt", "pull_strength"};
 }
 
 Viewer::Viewer() = default;
@@ -100,6 +106,8 @@ geometry::Box Viewer::bounds() const {
 
 void Viewer::show(State state) {
     state_ = std::move(state);
+    // A run pauses by itself at its end.
+    if (shows_run()) playing_ = state_->playing;
     if (!state_ || state_->scene == scene_ || state_->bodies.empty()) return;
     scene_ = state_->scene;
     scrubbed_.reset();
@@ -128,7 +136,15 @@ std::vector<Command> Viewer::take_commands() {
 }
 
 std::pair<WindowAct, std::string> Viewer::take_act() {
-    return {std::exchange(act_, WindowAct::none), std::exchange(act_text_, {})};
+    if (acts_.empty()) return {WindowAct::none, {}};
+    const auto out = acts_.front();
+    acts_.pop_front();
+    return out;
+}
+
+void Viewer::notify(const std::string& text) {
+    notice_ = text;
+    ++notices_;
 }
 
 void Viewer::send(CommandKind kind, double value, const std::string& name) {
@@ -156,7 +172,9 @@ void Viewer::update_field() {
     Command command;
     command.kind = CommandKind::show_field;
     command.value = static_cast<double>(field());
-    command.radius = display_.phyxels ? 1 : 0;
+    command.slot =
+        static_cast<int>((display_.phyxels ? show_samples : 0U) | (display_.links ? show_links : 0U) |
+                         (display_.contacts ? show_contacts : 0U));
     commands_.push_back(std::move(command));
 }
 
@@ -178,6 +196,8 @@ void Viewer::take(const ViewerInput& input) {
             return;
         case InputKind::wheel:
             return wheel(input);
+        case InputKind::six_axis:
+            return six_axis(input);
         case InputKind::key:
             return key(input);
         case InputKind::set:
@@ -194,12 +214,22 @@ void Viewer::press(const ViewerInput& input) {
     const bool alt = (input.modifiers & alt_key) != 0, shift = (input.modifiers & shift_key) != 0;
     if (input.button == Button::middle || (input.button == Button::right && shift)) {
         drag_ = Drag::pan;
-    } else if (input.button == Button::right || alt) {
+    } else if (input.button == Button::right || alt || shows_run()) {
         drag_ = Drag::orbit;
     } else if (state_ && !scrubbed_) {
         drag_ = Drag::tool;
         tools_.press(x_, y_, context(), commands_);
     }
+}
+
+// The free blade follows the device; with any other tool it moves the view.
+void Viewer::six_axis(const ViewerInput& input) {
+    if (state_ && !scrubbed_ && tools_.kind() == ToolKind::free_blade)
+        return tools_.six_axis(input.axes, context(), commands_);
+    const double pixels = size_.height;
+    camera_.pan(pixels * input.axes[0], -pixels * input.axes[1], size_);
+    camera_.zoom(10 * input.axes[2], camera_.target);
+    camera_.orbit(pixels * input.axes[4], pixels * input.axes[3]);
 }
 
 void Viewer::move(const ViewerInput& input) {
@@ -208,7 +238,8 @@ void Viewer::move(const ViewerInput& input) {
     y_ = input.y;
     if (drag_ == Drag::orbit) camera_.orbit(dx, dy);
     if (drag_ == Drag::pan) camera_.pan(dx, dy, size_);
-    if (state_ && (drag_ == Drag::tool || drag_ == Drag::none)) tools_.move(x_, y_, context(), commands_);
+    if (state_ && !shows_run() && (drag_ == Drag::tool || drag_ == Drag::none))
+        tools_.move(x_, y_, context(), commands_);
 }
 
 void Viewer::wheel(const ViewerInput& input) {
@@ -245,8 +276,14 @@ void Viewer::key(const ViewerInput& input) {
     if (name == "f") act("focus", {});
     if (name == "m") toggle("wireframe");
     if (name == "o") toggle("phyxels");
+    if (name == "l") toggle("links");
+    if (name == "k") toggle("contacts");
+    if (name == "n") toggle("forces");
+    if (name == "g") toggle("gallery");
     if (name == "c") toggle("clip");
-    if (name == "v") set("colouring", std::fmod(setting("colouring") + 1, 5));
+    if (name == "v")
+        set("colouring", std::fmod(setting("colouring") + 1, static_cast<double>(colouring_names.size())));
+    if (name == "f11") act("record_film", {});
     if (name == "tab") toggle("panels");
     if (name == "f1") toggle("help");
     if (name == "f12") act("save_picture", {});
@@ -264,7 +301,7 @@ void Viewer::act(const std::string& name, const std::string& text) {
         std::string_view name;
         CommandKind kind;
     };
-    static constexpr std::array<Sent, 13> sent = {{
+    static constexpr std::array<Sent, 16> sent = {{
         {"play", CommandKind::play},
         {"pause", CommandKind::pause},
         {"step", CommandKind::single_step},
@@ -277,18 +314,23 @@ void Viewer::act(const std::string& name, const std::string& text) {
         {"save_pieces", CommandKind::save_pieces},
         {"save_checkpoint", CommandKind::save_checkpoint},
         {"save_recording", CommandKind::save_recording},
+        {"save_scene", CommandKind::save_scene},
+        {"save_path", CommandKind::save_path},
+        {"save_curve", CommandKind::save_curve},
         {"resume", CommandKind::resume_at},
     }};
     if (name == "focus") return camera_.focus(bounds());
-    if (name == "quit") act_ = WindowAct::quit;
-    if (name == "save_picture") {
-        act_ = WindowAct::save_picture;
-        act_text_ = text;
-    }
-    if (name == "quit" || name == "save_picture") return;
+    static constexpr std::array<std::pair<std::string_view, WindowAct>, 4> own = {
+        {{"quit", WindowAct::quit},
+         {"save_picture", WindowAct::save_picture},
+         {"save_film", WindowAct::save_film},
+         {"record_film", WindowAct::record_film}}};
+    for (const auto& [own_name, window_act] : own)
+        if (own_name == name) return void(acts_.emplace_back(window_act, text));
     const auto* found =
         std::find_if(sent.begin(), sent.end(), [&](const Sent& one) { return one.name == name; });
     if (found == sent.end()) throw InputError("action", "there is no '" + printable(name) + "'");
+    if (found->kind == CommandKind::open) display_.gallery = false;
     if (found->kind == CommandKind::play) playing_ = true;
     if (found->kind == CommandKind::pause || found->kind == CommandKind::single_step) playing_ = false;
     if (found->kind != CommandKind::resume_at) {
@@ -311,7 +353,7 @@ bool Viewer::set_own(const std::string& name, double value) {
     for (const Slot& slot : slots()) {
         if (slot.name != name) continue;
         slot.set(*this, value);
-        if (name == "colouring" || name == "phyxels") update_field();
+        if (name == "colouring" || name == "phyxels" || name == "links" || name == "contacts") update_field();
         return true;
     }
     return false;

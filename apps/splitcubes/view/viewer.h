@@ -7,6 +7,7 @@
 #include "tools.h"
 
 #include <cstdint>
+#include <deque>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -15,15 +16,19 @@
 namespace splitcubes::view {
 
 /// What colours a surface.
-enum class Colouring { material, piece, von_mises_stress, principal_stress, principal_strain };
-inline constexpr std::array<std::string_view, 5> colouring_names = {"Material", "Piece", "Von Mises stress",
-                                                                    "Principal stress", "Principal strain"};
+enum class Colouring { material, piece, von_mises_stress, principal_stress, principal_strain, cut, age };
+inline constexpr std::array<std::string_view, 7> colouring_names = {
+    "Material", "Piece", "Von Mises stress", "Principal stress", "Principal strain", "Cut", "Age of the cut"};
 
 /// Settings of the display; kept from session to session.
 struct Display {
     Colouring colouring = Colouring::material;
     bool wireframe = false;
     bool phyxels = false;
+    bool links = false;        // between phyxels, by visibility
+    bool contacts = false;     // points that push, with their forces
+    bool forces = true;        // of tools and pulls, as arrows with numbers
+    bool gallery = false;      // in place of the scene
     bool clips = false;        // hides what is in front of a plane
     int clip_axis = 0;         // its normal: 0 to 2: x, y, z
     double clip_offset = 0.5;  // share of the bodies' extent along it
@@ -34,7 +39,7 @@ struct Display {
 };
 
 /// Something for the window or its owner to do.
-enum class WindowAct { none, quit, save_picture };
+enum class WindowAct { none, quit, save_picture, save_film, record_film };
 
 class Viewer {
   public:
@@ -47,8 +52,17 @@ class Viewer {
     const State& state() const { return state_; }
     /// Commands since the last call.
     std::vector<Command> take_commands();
-    /// What the window is to do since the last call.
+    /// The next thing that the window is to do, and its file; `none` after the last.
     std::pair<WindowAct, std::string> take_act();
+    /// Shows a line to the user, beside those of the simulation.
+    void notify(const std::string& text);
+    const std::string& notice() const { return notice_; }
+    std::uint64_t notices() const { return notices_; }
+    /// Position of the pointer, pixels.
+    std::pair<double, double> pointer() const { return {x_, y_}; }
+    /// Whether the state is a frame of a run that is played back.
+    bool shows_run() const { return state_ && state_->run_frames > 0; }
+    bool is_button_down() const { return drag_ != Drag::none; }
     /// Step of the timeline to show in place of the newest state.
     std::optional<std::int64_t> scrubbed() const { return scrubbed_; }
     /// The field that the display needs.
@@ -74,6 +88,7 @@ class Viewer {
   private:
     struct Slot;
     void press(const ViewerInput& input);
+    void six_axis(const ViewerInput& input);
     void move(const ViewerInput& input);
     void wheel(const ViewerInput& input);
     void key(const ViewerInput& input);
@@ -92,8 +107,9 @@ class Viewer {
     Display display_;
     State state_;
     std::vector<Command> commands_;
-    WindowAct act_ = WindowAct::none;
-    std::string act_text_;
+    std::deque<std::pair<WindowAct, std::string>> acts_;
+    std::string notice_;
+    std::uint64_t notices_ = 0;
     std::optional<std::int64_t> scrubbed_;
     enum class Drag { none, tool, orbit, pan } drag_ = Drag::none;
     double x_ = 0, y_ = 0;

@@ -6,6 +6,7 @@
 
 #include <epoxy/gl.h>
 
+#include <array>
 #include <cstddef>
 #include <vector>
 
@@ -34,8 +35,10 @@ struct LiveSurface::Impl {
     gl::VertexArray array;
     SlotBuffer positions{GL_ARRAY_BUFFER, 12}, normals{GL_ARRAY_BUFFER, 12}, field{GL_ARRAY_BUFFER, 4},
         pieces{GL_ARRAY_BUFFER, 4}, rest{GL_ARRAY_BUFFER, 16}, marks{GL_ARRAY_BUFFER, 4},
-        triangles{GL_COPY_WRITE_BUFFER, 12}, materials{GL_COPY_WRITE_BUFFER, 4};
+        triangles{GL_COPY_WRITE_BUFFER, 12}, materials{GL_COPY_WRITE_BUFFER, 4},
+        corner_uv{GL_COPY_WRITE_BUFFER, 24};
     GLuint material_texture = 0;
+    std::array<GLuint, 3> corner_textures{};    // coordinates, indices and positions of triangles' corners
     std::vector<std::int32_t> piece_of_vertex;  // copy, for bounds
     geometry::Box bounds;
 
@@ -45,6 +48,8 @@ struct LiveSurface::Impl {
     Impl& operator=(const Impl&) = delete;
     /// Binds arrays and the texture of materials to unit 1.
     void bind() const;
+    /// Binds what pictures need to three units from the first on.
+    void bind_corners(GLuint first_unit) const;
 };
 
 }  // namespace splitcubes::render

@@ -36,10 +36,12 @@ void SlotBuffer::write(const void* array, std::size_t size, const SlotRange& ran
 
 LiveSurface::Impl::Impl() {
     glGenTextures(1, &material_texture);
+    glGenTextures(static_cast<GLsizei>(corner_textures.size()), corner_textures.data());
 }
 
 LiveSurface::Impl::~Impl() {
     glDeleteTextures(1, &material_texture);
+    glDeleteTextures(static_cast<GLsizei>(corner_textures.size()), corner_textures.data());
 }
 
 // Buffers change their names when they grow.
@@ -64,6 +66,18 @@ void LiveSurface::Impl::bind() const {
     glTexBuffer(GL_TEXTURE_BUFFER, GL_R32I, materials.id());
 }
 
+// A texture without a buffer would be of another kind than the shader's.
+void LiveSurface::Impl::bind_corners(GLuint first_unit) const {
+    const auto texture = [&](GLuint k, GLenum format, const SlotBuffer& buffer) {
+        glActiveTexture(GL_TEXTURE0 + first_unit + k);
+        glBindTexture(GL_TEXTURE_BUFFER, corner_textures[k]);
+        glTexBuffer(GL_TEXTURE_BUFFER, format, buffer.size() > 0 ? buffer.id() : positions.id());
+    };
+    texture(0, GL_RG32F, corner_uv);
+    texture(1, GL_R32UI, triangles);
+    texture(2, GL_R32F, positions);
+}
+
 LiveSurface::LiveSurface() : impl_(std::make_unique<Impl>()) {}
 LiveSurface::~LiveSurface() = default;
 LiveSurface::LiveSurface(LiveSurface&&) noexcept = default;
@@ -86,6 +100,8 @@ void LiveSurface::patch_topology(const SurfaceSlots& slots, std::span<const Slot
     };
     each(impl_->triangles, slots.triangles.data(), triangle_count, triangles);
     each(impl_->materials, slots.materials.data(), triangle_count, triangles);
+    if (slots.corner_uv.size() == 6 * triangle_count)
+        each(impl_->corner_uv, slots.corner_uv.data(), triangle_count, triangles);
     each(impl_->pieces, slots.pieces.data(), slots.pieces.size(), vertices);
     const std::size_t count = slots.pieces.size();
     if (slots.rest.size() == 4 * count) {
@@ -122,7 +138,7 @@ const geometry::Box& LiveSurface::bounds() const {
 std::size_t LiveSurface::bytes_copied() const {
     return impl_->positions.bytes_copied() + impl_->normals.bytes_copied() + impl_->field.bytes_copied() +
            impl_->pieces.bytes_copied() + impl_->triangles.bytes_copied() + impl_->materials.bytes_copied() +
-           impl_->rest.bytes_copied() + impl_->marks.bytes_copied();
+           impl_->rest.bytes_copied() + impl_->marks.bytes_copied() + impl_->corner_uv.bytes_copied();
 }
 
 // As colour_scale() of live.frag.

@@ -4,6 +4,7 @@
 #include <splitcubes/geometry/box.h>
 #include <splitcubes/geometry/finish.h>
 #include <splitcubes/math/types.h>
+#include <splitcubes/render/picture.h>
 
 #include <array>
 #include <cstddef>
@@ -15,7 +16,13 @@
 namespace splitcubes::render {
 
 /// Quantity that colours a live surface.
-enum class SurfaceColouring { material, piece, field };
+enum class SurfaceColouring {
+    material,
+    piece,
+    field,
+    label,  // of the triangle; see SurfaceSlots
+    age,    // of the label, which is a time in ms
+};
 
 /// How a live surface is drawn.
 struct LiveStyle {
@@ -23,10 +30,16 @@ struct LiveStyle {
     std::array<Vec3, 16> palette{};  // sRGB, of materials; larger numbers begin again
     /// By material; null and beyond the end: the palette's colour.
     std::vector<std::shared_ptr<const geometry::Finish>> finishes = {};
-    bool wireframe = false;  // its edges, over it
-    double field_low = 0;    // value at the lower end of the colour scale
-    double field_high = 1;   // value at the upper end
-    double roughness = 0.5;  // 0 mirror .. 1 chalk
+    /// By material; null and beyond the end: none. Multiply the colours; the first max_pictures are drawn.
+    std::vector<std::shared_ptr<const Picture>> pictures = {};
+    static constexpr std::size_t max_pictures = 4;
+    bool wireframe = false;   // its edges, over it
+    double opacity = 1;       // below 1 what is inside of it is seen
+    double now_ms = 0;        // that ages are counted from
+    double age_range_ms = 1;  // age at the lower end of the colour scale
+    double field_low = 0;     // value at the lower end of the colour scale
+    double field_high = 1;    // value at the upper end
+    double roughness = 0.5;   // 0 mirror .. 1 chalk
 };
 
 /// Half space that is hidden: points p with normal . p > offset.
@@ -43,9 +56,11 @@ struct SlotRange {
 /// Arrays of a surface in slots; see LiveSurface.
 struct SurfaceSlots {
     std::span<const std::uint32_t> triangles;  // three vertices a triangle; without extent: free
-    std::span<const std::int32_t> materials;   // a triangle
-    std::span<const std::int32_t> pieces;      // a vertex
+    /// A triangle: material in the lowest 4 bits, above them a label; label 0: none.
+    std::span<const std::int32_t> materials;
+    std::span<const std::int32_t> pieces;  // a vertex
     std::span<const float> rest = {};  // four a vertex: rest position and depth below the uncut surface, m
+    std::span<const float> corner_uv = {};  // six a triangle: u, v of its corners; empty: no pictures
 };
 
 /// Vertices and triangles in slots. Topology is updated in the ranges that changed, positions as a whole.

@@ -22,6 +22,7 @@ namespace {
 using gl::Program;
 
 constexpr int finish_unit = 2, picture_unit = 3;  // texture units
+constexpr int corner_unit = 4, live_picture_unit = 7;
 
 std::array<float, 16> floats(const Eigen::Matrix4d& matrix) {
     std::array<float, 16> out{};
@@ -121,9 +122,13 @@ struct Renderer::Impl {
     void draw_shadow(const FrameSetup& frame, const PackedScene& scene, const DrawList& list);
     void draw_surfaces(const FrameSetup& frame, const PackedScene& scene, const DrawList& list);
     void show_everything_lit();
-    void draw_live(const Program& program, const FrameSetup& frame, const DrawList& list);
-    void draw_live_surface(const Program& program, const LiveSurface& surface, std::size_t index) const;
+    /// Those that are opaque, or the others.
+    void draw_live(const Program& program, const FrameSetup& frame, const DrawList& list,
+                   bool veiled = false);
+    void draw_live_surface(const Program& program, const LiveSurface& surface, std::size_t index);
+    void set_live_pictures(const Program& program, const LiveSurface& surface);
     void draw_live_colours(const FrameSetup& frame, const DrawList& list);
+    void draw_veils(const FrameSetup& frame, const DrawList& list);
     void draw_wires(const FrameSetup& frame, const DrawList& list);
     void draw_points(const FrameSetup& frame, const DrawList& list);
     void find_visibility(const FrameSetup& frame);
@@ -234,12 +239,38 @@ void Renderer::Impl::draw_shadow(const FrameSetup& frame, const PackedScene& sce
         light.view_from_world = frame.light_view_from_world;
         light.clip_from_view = frame.light_clip_from_view;
         draw_live(programs.live_shadow, light, list);
+        draw_live(programs.live_shadow, light, list, true);
     }
     glDisable(GL_POLYGON_OFFSET_FILL);
 }
 
+// Samplers of different kinds may not share a unit, even where the shader does not read them.
+void Renderer::Impl::set_live_pictures(const Program& program, const LiveSurface& surface) {
+    surface.impl_->bind_corners(corner_unit);
+    program.set("corner_uv", corner_unit);
+    program.set("corner_index", corner_unit + 1);
+    program.set("corner_position", corner_unit + 2);
+    const auto& pictures = surface.style.pictures;
+    std::vector<std::shared_ptr<const Picture>> bound;
+    for (std::size_t k = 0; k < 16; ++k) {
+        int number = -1;
+        if (k < pictures.size() && pictures[k] && surface.impl_->corner_uv.size() > 0) {
+            const auto known = std::find(bound.begin(), bound.end(), pictures[k]);
+            number = static_cast<int>(known - bound.begin());
+            if (known == bound.end() && bound.size() < LiveStyle::max_pictures) bound.push_back(pictures[k]);
+            if (number >= static_cast<int>(bound.size())) number = -1;
+        }
+        program.set(("picture_of[" + std::to_string(k) + "]").c_str(), number);
+    }
+    for (std::size_t k = 0; k < LiveStyle::max_pictures; ++k) {
+        const auto unit = live_picture_unit + static_cast<int>(k);
+        program.set(("picture_" + std::to_string(k)).c_str(), unit);
+        if (k < bound.size()) texture_of(bound[k]).bind(static_cast<GLuint>(unit));
+    }
+}
+
 void Renderer::Impl::draw_live_surface(const Program& program, const LiveSurface& surface,
-                                       std::size_t index) const {
+                                       std::size_t index) {
     const LiveStyle& style = surface.style;
     surface.impl_->bind();
     program.set("materials", 1);
@@ -250,6 +281,10 @@ void Renderer::Impl::draw_live_surface(const Program& program, const LiveSurface
     program.set("colouring", static_cast<int>(style.colouring));
     program.set("field_range", floats(Vec2(style.field_low, style.field_high)));
     program.set("roughness", static_cast<float>(style.roughness));
+    program.set("opacity", static_cast<float>(style.opacity));
+    program.set("now_ms", static_cast<float>(style.now_ms));
+    program.set("age_range_ms", static_cast<float>(style.age_range_ms));
+    set_live_pictures(program, surface);
     glDrawElements(GL_TRIANGLES, static_cast<GLsizei>(3 * surface.impl_->triangles.size()), GL_UNSIGNED_INT,
                    nullptr);
 }
@@ -269,11 +304,13 @@ void set_clip(const Program& program, const FrameSetup& frame, const ClipPlane& 
 }  // namespace
 
 // Back faces lie slightly behind, as those of meshes.
-void Renderer::Impl::draw_live(const Program& program, const FrameSetup& frame, const DrawList& list) {
+void Renderer::Impl::draw_live(const Program& program, const FrameSetup& frame, const DrawList& list,
+                               bool veiled) {
     set_camera(program, frame);
     set_clip(program, frame, list.clip);
     glEnable(GL_CLIP_DISTANCE0);
-    for (std::size_t k = 0; k < list.surfaces.size(); ++k) draw_live_surface(program, *list.surfaces[k], k);
+    for (std::size_t k = 0; k < list.surfaces.size(); ++k)
+        if ((list.surfaces[k]->style.opacity < 1) == veiled) draw_live_surface(program, *list.surfaces[k], k);
     glDisable(GL_CLIP_DISTANCE0);
 }
 
@@ -295,6 +332,25 @@ void Renderer::Impl::draw_live_colours(const FrameSetup& frame, const DrawList& 
     glDisable(GL_CULL_FACE);
 }
 
+// Of each surface only what is nearest to the eye lies over the rest of the picture.
+void Renderer::Impl::draw_veils(const FrameSetup& frame, const DrawList& list) {
+    const bool any = std::any_of(list.surfaces.begin(), list.surfaces.end(),
+                                 [](const LiveSurface* surface) { return surface->style.opacity < 1; });
+    if (!any) return;
+    programs.live.use();
+    set_lighting(programs.live, frame);
+    bind_finishes(programs.live, list);
+    glColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
+    draw_live(programs.live, frame, list, true);
+    glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
+    glEnable(GL_BLEND);
+    glBlendFunc(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA);
+    glDepthFunc(GL_LEQUAL);
+    draw_live(programs.live, frame, list, true);
+    glDepthFunc(GL_LESS);
+    glDisable(GL_BLEND);
+}
+
 void Renderer::Impl::draw_wires(const FrameSetup& frame, const DrawList& list) {
     const bool any = std::any_of(list.surfaces.begin(), list.surfaces.end(),
                                  [](const LiveSurface* surface) { return surface->style.wireframe; });
@@ -304,6 +360,7 @@ void Renderer::Impl::draw_wires(const FrameSetup& frame, const DrawList& list) {
     glEnable(GL_POLYGON_OFFSET_LINE);
     glPolygonOffset(-1.0F, -4.0F);
     draw_live(programs.wire, frame, list);
+    draw_live(programs.wire, frame, list, true);
     glDisable(GL_POLYGON_OFFSET_LINE);
     glPolygonMode(GL_FRONT_AND_BACK, GL_FILL);
 }
@@ -422,6 +479,7 @@ void Renderer::Impl::draw_picture(const FrameSetup& frame, const PackedScene& sc
     draw_wires(frame, list);
     draw_points(frame, list);
     draw_lines(frame, scene);
+    draw_veils(frame, list);
     // Samples are averaged as linear light, not as sRGB values.
     glBindFramebuffer(GL_READ_FRAMEBUFFER, screen->picture_target.id());
     glBindFramebuffer(GL_DRAW_FRAMEBUFFER, screen->final_target.id());

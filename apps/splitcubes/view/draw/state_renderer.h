@@ -6,6 +6,7 @@
 #include <splitcubes/view/viewer.h>
 
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -14,8 +15,15 @@ namespace splitcubes::view {
 
 /// The colour scale that is shown.
 struct Legend {
-    std::string title;  // empty: none
-    double high = 1;    // value at the end of the scale, which begins at 0
+    std::string title;      // empty: none
+    double high = 1;        // value at the end of the scale, which begins at 0
+    bool reversed = false;  // the colours run from the end of the scale to its beginning
+};
+
+/// A number at a point of the picture.
+struct NumberLabel {
+    Vec3 at = Vec3::Zero();  // m, world
+    std::string text;
 };
 
 /// Effort for a picture. Those that another one follows soon may be without shadows and with one sample a
@@ -33,6 +41,9 @@ class StateRenderer {
               Quality quality = Quality::fine);
     render::Picture picture(const Viewer& viewer, int width, int height);
     const Legend& legend() const { return legend_; }
+    /// Numbers at the arrows of the last picture, for whoever draws text over it.
+    const std::vector<NumberLabel>& labels() const { return labels_; }
+    std::size_t triangles() const { return triangles_; }
     /// Bytes that were copied to the driver for surfaces.
     std::size_t bytes_copied() const;
 
@@ -41,9 +52,18 @@ class StateRenderer {
         render::LiveSurface surface;
         std::uint64_t revision = 0;
         std::uint64_t state = 0, scene = 0;
+        Colouring labelled = Colouring::material;  // what the labels of its triangles stand for
     };
     void update_options(const Viewer& viewer, int width, int height, Quality quality);
-    void update_surface(BodyBuffers& buffers, const BodyState& body, const PublishedState& state);
+    void update_surface(BodyBuffers& buffers, const BodyState& body, const PublishedState& state,
+                        Colouring colouring);
+    std::shared_ptr<const render::Picture> picture_of(const std::shared_ptr<const SurfacePicture>& picture);
+    void add_line(std::vector<Vec3> points, const render::Color& color, double width, double lift);
+    void add_arrow(const Viewer& viewer, const Vec3& at, const Vec3& force, double length,
+                   const render::Color& color);
+    void add_forces(const Viewer& viewer);
+    void add_links(const Viewer& viewer);
+    void add_contacts(const Viewer& viewer);
     void update_style(const Viewer& viewer, const PublishedState& state);
     void add_lines(const Viewer& viewer);
     void add_points(const Viewer& viewer);
@@ -56,6 +76,9 @@ class StateRenderer {
     std::vector<BodyBuffers> bodies_;
     render::DrawList list_;
     Legend legend_;
+    std::vector<NumberLabel> labels_;
+    std::map<std::shared_ptr<const SurfacePicture>, std::shared_ptr<const render::Picture>> pictures_;
+    std::size_t triangles_ = 0;
 };
 
 }  // namespace splitcubes::view

@@ -28,6 +28,8 @@ void set_interface_style(float scale) {
     style.Colors[ImGuiCol_ButtonHovered] = {0.30F, 0.38F, 0.50F, 1};
     style.Colors[ImGuiCol_ButtonActive] = {0.18F, 0.45F, 0.78F, 1};
     style.Colors[ImGuiCol_FrameBg] = {0.20F, 0.22F, 0.26F, 1};
+    style.Colors[ImGuiCol_SliderGrab] = {0.35F, 0.60F, 0.95F, 0.55F};
+    style.Colors[ImGuiCol_SliderGrabActive] = {0.45F, 0.70F, 1, 0.75F};
     style.Colors[ImGuiCol_TextDisabled] = {0.62F, 0.65F, 0.70F, 1};
     style.ScaleAllSizes(scale);
 }

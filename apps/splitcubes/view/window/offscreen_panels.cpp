@@ -1,3 +1,4 @@
+#include "gallery_panel.h"
 #include "interface_style.h"
 #include "panels.h"
 #include "window.h"
@@ -5,6 +6,7 @@
 #include <splitcubes/gl/objects.h>
 
 #include <algorithm>
+#include <array>
 
 #include <backends/imgui_impl_opengl3.h>
 #include <imgui.h>
@@ -15,18 +17,22 @@ namespace {
 
 class Offscreen : public OffscreenPanels {
   public:
-    Offscreen() {
+    explicit Offscreen(const gl::Context& context) : gallery_(context, false) {
         IMGUI_CHECKVERSION();
         ImGui::CreateContext();
         set_interface_style(1);
         ImGui_ImplOpenGL3_Init("#version 330 core");
     }
     ~Offscreen() override {
+        gallery_.close();
         ImGui_ImplOpenGL3_Shutdown();
         ImGui::DestroyContext();
     }
 
-    void observe(const PublishedState& state) override { history_.add(state); }
+    void observe(const PublishedState& state) override {
+        history_.add(state);
+        last_step_ = std::max(last_step_, state.step);
+    }
 
     render::Picture picture(const Viewer& viewer, StateRenderer& renderer) override {
         const int width = static_cast<int>(viewer.size().width),
@@ -35,8 +41,10 @@ class Offscreen : public OffscreenPanels {
         gl::Framebuffer target;
         target.attach(GL_COLOR_ATTACHMENT0, colour);
         target.check("the picture with panels");
-        observe(*viewer.state());
-        renderer.draw(viewer, width, height, target.id());
+        if (!shows_gallery(viewer)) {
+            observe(*viewer.state());
+            renderer.draw(viewer, width, height, target.id());
+        }
         // The first frame finds out how large windows are.
         for (int k = 0; k < 3; ++k) layout(viewer, renderer);
         target.bind();
@@ -50,16 +58,36 @@ class Offscreen : public OffscreenPanels {
         ImGuiIO& io = ImGui::GetIO();
         io.DisplaySize = {static_cast<float>(viewer.size().width), static_cast<float>(viewer.size().height)};
         io.DeltaTime = 1.0F / 60;
+        seconds_ += io.DeltaTime / 3;
+        io.MousePos = {static_cast<float>(viewer.pointer().first),
+                       static_cast<float>(viewer.pointer().second)};
         ImGui_ImplOpenGL3_NewFrame();
         ImGui::NewFrame();
         std::vector<ViewerInput> ignored;
-        panels_.draw(viewer,
-                     {.history = history_,
-                      .latencies = latencies_,
-                      .legend = renderer.legend(),
-                      .timeline = std::pair{std::int64_t{0}, viewer.state()->step}},
-                     ignored);
+        if (shows_gallery(viewer))
+            gallery_.draw(viewer, ignored);
+        else
+            panels_.draw(viewer,
+                         {.history = history_,
+                          .latencies = latencies_,
+                          .legend = renderer.legend(),
+                          .timeline = std::pair{std::int64_t{0}, std::max(last_step_, viewer.state()->step)},
+                          .seconds = seconds_,
+                          .labels = renderer.labels(),
+                          .quality = "fine"},
+                         ignored);
+        if (viewer.pointer().first > 0) draw_pointer(viewer);
         ImGui::Render();
+    }
+    // As a desktop would; a ring while a button is down.
+    static void draw_pointer(const Viewer& viewer) {
+        const auto x = static_cast<float>(viewer.pointer().first),
+                   y = static_cast<float>(viewer.pointer().second);
+        ImDrawList* list = ImGui::GetForegroundDrawList();
+        if (viewer.is_button_down()) list->AddCircle({x, y}, 13, IM_COL32(20, 80, 200, 220), 24, 3);
+        const std::array<ImVec2, 3> arrow = {ImVec2{x, y}, ImVec2{x, y + 17}, ImVec2{x + 12, y + 12}};
+        list->AddTriangleFilled(arrow[0], arrow[1], arrow[2], IM_COL32(255, 255, 255, 255));
+        list->AddTriangle(arrow[0], arrow[1], arrow[2], IM_COL32(20, 20, 20, 255), 1.5F);
     }
     static render::Picture read(const gl::Framebuffer& target, int width, int height) {
         render::Picture out{.width = width, .height = height, .rgb = {}};
@@ -77,14 +105,17 @@ class Offscreen : public OffscreenPanels {
     }
 
     Panels panels_;
+    GalleryPanel gallery_;
+    std::int64_t last_step_ = 0;
+    double seconds_ = 0;  // of pictures, at 60 a second
     StepHistory history_;
     Latencies latencies_;
 };
 
 }  // namespace
 
-std::unique_ptr<OffscreenPanels> make_offscreen_panels() {
-    return std::make_unique<Offscreen>();
+std::unique_ptr<OffscreenPanels> make_offscreen_panels(const gl::Context& context) {
+    return std::make_unique<Offscreen>(context);
 }
 
 }  // namespace splitcubes::view

@@ -178,12 +178,22 @@ void Panels::display(const Viewer& viewer) {
     };
     if (ImGui::Combo("Colour (V)", &colouring, name, nullptr, static_cast<int>(colouring_names.size())))
         set("colouring", colouring);
-    check(viewer, "Edges (M)", "wireframe");
+    const auto two = [&](const char* label, const char* name_of_setting, const char* help) {
+        check(viewer, label, name_of_setting);
+        tooltip(help);
+    };
+    two("Edges (M)", "wireframe", "Edges of the triangles");
     ImGui::SameLine(em(8.5));
-    check(viewer, "Phyxels (O)", "phyxels");
-    check(viewer, "Shadows", "shadows");
-    ImGui::SameLine(em(8.5));
-    check(viewer, "Clip (C)", "clip");
+    two("Shadows", "shadows", "Shadows and ambient occlusion");
+    if (!viewer.shows_run()) {
+        two("Phyxels (O)", "phyxels", "The elastic samples");
+        ImGui::SameLine(em(8.5));
+        two("Links (L)", "links", "Between phyxels: red where a cut hides them from each other");
+        two("Contacts (K)", "contacts", "Points that push: orange on things, purple between pieces");
+        ImGui::SameLine(em(8.5));
+        two("Forces (N)", "forces", "Of tools and pulls on the body");
+    }
+    two("Clip (C)", "clip", "Hides what is in front of a plane");
     if (!viewer.display().clips) return;
     int axis = viewer.display().clip_axis;
     for (int k = 0; k < 3; ++k) {
@@ -194,67 +204,107 @@ void Panels::display(const Viewer& viewer) {
     slider(viewer, "Plane", "clip_offset", 0, 1, "%.2f");
 }
 
-void Panels::files(const Viewer& viewer) {
+void Panels::files(const Viewer& viewer, const PanelData& data) {
     const std::string stem = viewer.state()->title.empty() ? "splitcubes" : viewer.state()->title;
     const float width = 0.5F * (ImGui::GetContentRegionAvail().x - ImGui::GetStyle().ItemSpacing.x);
+    bool is_left = true;
+    const auto place = [&] {
+        if (!is_left) ImGui::SameLine();
+        is_left = !is_left;
+    };
     const auto save = [&](const char* label, const char* action, const char* ending, const char* help) {
+        place();
         if (ImGui::Button(label, {width, 0})) act(action, unused_name(stem, ending));
         tooltip(help);
     };
-    save("Mesh", "save_surface", ".ply", "The surface of each body");
-    ImGui::SameLine();
-    save("Pieces", "save_pieces", "-pieces", "A folder with a mesh of each piece");
     save("Picture (F12)", "save_picture", ".png", "What the window shows, without panels");
-    ImGui::SameLine();
+    save("Film so far", "save_film", ".mp4", "What the timeline holds, as it is shown now");
+    place();
+    if (button(data.is_recording ? "Stop film (F11)" : "Film on (F11)", data.is_recording, {width, 0}))
+        act("record_film", data.is_recording ? "" : unused_name(stem, ".mp4"));
+    tooltip("Films what comes from now on, until it is pressed again");
+    if (viewer.shows_run()) return;
+    save("Mesh", "save_surface", ".ply", "The surface of each body");
+    save("Pieces", "save_pieces", "-pieces", "A folder with a mesh of each piece");
     save("State", "save_checkpoint", ".splitcubes", "To open again and go on from");
     save("Recording", "save_recording", ".jsonl", "All that was done; opening it repeats it to the last bit");
+    save("Strokes as scene", "save_scene", ".json",
+         "For `splitcubes run`: the scene with your strokes in it");
+    save("Strokes as path", "save_path", "-path.json",
+         "For `splitcubes cut --path`: your strokes on the mesh");
+    save("Rate curve", "save_curve", ".svg", "Steps a second and triangles over the session");
+    save("Rate table", "save_curve", ".csv", "The same as numbers");
 }
 
 void Panels::measures(const Viewer& viewer, const PanelData& data) {
     const PublishedState& state = *viewer.state();
     std::size_t pieces = 0;
     for (const BodyState& body : state.bodies) pieces += body.pieces;
-    ImGui::Text("%zu piece%s   %zu contacts   %d iterations", pieces, pieces == 1 ? "" : "s",
-                state.statistics.contacts, state.statistics.solver_iterations);
+    std::size_t triangles = 0;
+    for (const BodyState& body : state.bodies) triangles += body.topology->origins.size();
+    if (viewer.shows_run())
+        ImGui::Text("%zu piece%s   %zu triangles", pieces, pieces == 1 ? "" : "s", triangles);
+    else
+        ImGui::Text("%zu piece%s   %zu contacts   %d iterations", pieces, pieces == 1 ? "" : "s",
+                    state.statistics.contacts, state.statistics.solver_iterations);
+    if (!data.quality.empty()) {
+        ImGui::Text("quality in motion: %s", data.quality.c_str());
+        tooltip("Chosen by the time that a picture takes; fine at rest");
+    }
     const Spread latency = data.latencies.spread();
     ImGui::Text("frame %.1f ms, %.1f of it not OpenGL", data.frame_ms, data.interface_ms);
     if (data.latencies.count() > 0)
         ImGui::Text("input to picture %.0f ms, worst %.0f", latency.median, latency.worst);
     else
         ImGui::TextDisabled("input to picture: nothing done yet");
+    if (viewer.shows_run()) return;
     const float width = ImGui::GetContentRegionAvail().x;
     ImGui::TextUnformatted("Time of a step");
     draw_stage_graph(data.history, 1e3 * state.parameters[time_step], width, em(6));
-    draw_stage_table(data.history);
     ImGui::TextUnformatted("Energy");
     draw_energy_graph(data.history, width, em(3.4));
     ImGui::TextUnformatted("Force of tools");
     draw_force_graph(data.history, width, em(3.4));
+    if (ImGui::CollapsingHeader("Stages of a step, ms")) draw_stage_table(data.history);
 }
 
-void Panels::timeline(const Viewer& viewer, const PanelData& data) {
+void Panels::run_control(const Viewer& viewer) {
     const PublishedState& state = *viewer.state();
-    if (ImGui::Button(viewer.is_playing() ? "Pause (Space)" : "Play (Space)", {em(8), 0}))
+    if (button(viewer.is_playing() ? "Pause (Space)" : "Play (Space)", !viewer.is_playing(), {em(8), 0}))
         act(viewer.is_playing() ? "pause" : "play");
     ImGui::SameLine();
     if (ImGui::Button("Step (.)")) act("step");
     ImGui::SameLine();
-    if (ImGui::Button("Restart (R)")) act("restart");
+    if (ImGui::Button(viewer.shows_run() ? "Start (R)" : "Restart (R)")) act("restart");
     ImGui::SameLine();
-    const std::string undo = "Undo cut (" + std::to_string(state.undo_count) + ")";
-    if (ImGui::Button(undo.c_str())) act("undo");
-    ImGui::SameLine();
-    const std::string redo = "Redo (" + std::to_string(state.redo_count) + ")";
-    if (ImGui::Button(redo.c_str())) act("redo");
-    ImGui::SameLine();
+    if (!viewer.shows_run()) {
+        const std::string undo = "Undo cut (" + std::to_string(state.undo_count) + ")";
+        if (ImGui::Button(undo.c_str())) act("undo");
+        tooltip("Ctrl+Z: back to before the last stroke of a blade");
+        ImGui::SameLine();
+        const std::string redo = "Redo (" + std::to_string(state.redo_count) + ")";
+        if (ImGui::Button(redo.c_str())) act("redo");
+        ImGui::SameLine();
+    }
     slider(viewer, "Speed", "speed", 0.02, 2, "%.2f x", true);
     ImGui::SameLine();
-    ImGui::Text("%.2f s   runs at %.2f x", state.time, state.real_time_factor);
-    if (!data.timeline) return;
-    auto step = static_cast<int>(viewer.scrubbed().value_or(data.timeline->second));
+    ImGui::Text("%.2f s", state.time);
+    if (!viewer.is_playing()) return;
+    ImGui::SameLine();
+    ImGui::Text("runs at %.2f x", state.real_time_factor);
+}
+
+void Panels::timeline(const Viewer& viewer, const PanelData& data) {
+    run_control(viewer);
+    std::optional<std::pair<std::int64_t, std::int64_t>> range = data.timeline;
+    if (viewer.shows_run()) range = std::pair{std::int64_t{0}, viewer.state()->run_frames - 1};
+    if (!range) return;
+    const std::int64_t shown =
+        viewer.shows_run() ? viewer.state()->step : viewer.scrubbed().value_or(range->second);
+    auto step = static_cast<int>(shown);
     ImGui::SetNextItemWidth(ImGui::GetContentRegionAvail().x - em(viewer.scrubbed() ? 17 : 6));
-    if (ImGui::SliderInt("Timeline", &step, static_cast<int>(data.timeline->first),
-                         static_cast<int>(data.timeline->second), "step %d"))
+    if (ImGui::SliderInt("Timeline", &step, static_cast<int>(range->first), static_cast<int>(range->second),
+                         viewer.shows_run() ? "frame %d" : "step %d"))
         set("timeline", step);
     if (!viewer.scrubbed()) return;
     ImGui::SameLine();
@@ -275,7 +325,8 @@ void Panels::legend(const Legend& legend) {
     constexpr int bands = 48;
     const float band = (width - em(1.3)) / bands;
     for (int k = 0; k < bands; ++k) {
-        const Vec3 c = render::scale_colour(static_cast<double>(k) / (bands - 1));
+        const double share = static_cast<double>(k) / (bands - 1);
+        const Vec3 c = render::scale_colour(legend.reversed ? 1 - share : share);
         ImGui::GetWindowDrawList()->AddRectFilled({at.x + band * static_cast<float>(k), at.y},
                                                   {at.x + band * static_cast<float>(k + 1), at.y + em(0.9)},
                                                   IM_COL32(255 * c.x(), 255 * c.y(), 255 * c.z(), 255));
@@ -288,20 +339,63 @@ void Panels::legend(const Legend& legend) {
     ImGui::End();
 }
 
+// The newest line of the simulation or of the window.
 void Panels::notice(const Viewer& viewer, double seconds) {
     const PublishedState& state = *viewer.state();
-    if (state.notices != notices_) {
-        notices_ = state.notices;
+    const auto show = [&](std::uint64_t& seen, std::uint64_t now, const std::string& text) {
+        if (seen == now) return;
+        seen = now;
+        notice_ = text;
         notice_since_ = seconds;
-    }
-    if (state.notice.empty() || state.notices == 0 || seconds > notice_since_ + notice_seconds) return;
-    const float y = static_cast<float>(viewer.size().height) - bottom_height() - em(2.6);
-    ImGui::SetNextWindowPos({left_width() + em(1), y});
+    };
+    show(notices_, state.notices, state.notice);
+    show(own_notices_, viewer.notices(), viewer.notice());
+    if (notice_.empty() || seconds > notice_since_ + notice_seconds) return;
+    const float y = static_cast<float>(viewer.size().height) - bottom_height() - em(0.6);
+    ImGui::SetNextWindowPos({left_width() + em(1), y}, 0, {0, 1});
+    ImGui::SetNextWindowSizeConstraints(
+        {0, 0}, {static_cast<float>(viewer.size().width) - left_width() - right_width() - em(2), em(20)});
     ImGui::SetNextWindowBgAlpha(0.9F);
     ImGui::Begin("notice", nullptr,
                  panel_flags | ImGuiWindowFlags_NoTitleBar | ImGuiWindowFlags_AlwaysAutoResize |
                      ImGuiWindowFlags_NoInputs);
-    ImGui::TextUnformatted(state.notice.c_str());
+    ImGui::PushTextWrapPos(static_cast<float>(viewer.size().width) - left_width() - right_width() - em(3));
+    ImGui::TextUnformatted(notice_.c_str());
+    ImGui::PopTextWrapPos();
+    ImGui::End();
+}
+
+// Numbers at arrows.
+void Panels::numbers(const Viewer& viewer, const PanelData& data) {
+    ImDrawList* list = ImGui::GetBackgroundDrawList();
+    for (const NumberLabel& label : data.labels) {
+        const Vec3 at = viewer.camera().project(label.at, viewer.size());
+        if (!(at.z() > 0)) continue;
+        const ImVec2 size = ImGui::CalcTextSize(label.text.c_str());
+        const ImVec2 low{static_cast<float>(at.x()) - 0.5F * size.x,
+                         static_cast<float>(at.y()) - 0.5F * size.y};
+        list->AddRectFilled({low.x - 4, low.y - 2}, {low.x + size.x + 4, low.y + size.y + 2},
+                            IM_COL32(255, 255, 255, 215), 4);
+        list->AddText(low, IM_COL32(165, 20, 20, 255), label.text.c_str());
+    }
+}
+
+// What to do first, and what the window is busy with.
+void Panels::hint(const Viewer& viewer, const PanelData& data) {
+    std::string text = data.film;
+    if (text.empty() && viewer.scrubbed())
+        text = "This is the past.  'Go on from here' below goes on from it, Esc goes back to now.";
+    if (text.empty() && !viewer.is_playing())
+        text = viewer.shows_run() ? "Press Space to play.  Drag to turn the view."
+                                  : "Paused: press Space to play.  Strokes wait until then.";
+    if (text.empty()) return;
+    const float middle = 0.5F * (left_width() + static_cast<float>(viewer.size().width) - right_width());
+    ImGui::SetNextWindowPos({middle, em(0.8)}, 0, {0.5F, 0});
+    ImGui::SetNextWindowBgAlpha(0.8F);
+    ImGui::Begin("hint", nullptr,
+                 panel_flags | ImGuiWindowFlags_NoTitleBar | ImGuiWindowFlags_AlwaysAutoResize |
+                     ImGuiWindowFlags_NoInputs);
+    ImGui::TextUnformatted(text.c_str());
     ImGui::End();
 }
 
@@ -317,14 +411,20 @@ void Panels::help() {
         ImGui::TextUnformatted(tool.help.data());
     }
     ImGui::Separator();
-    for (const char* line :
-         {"Left button: the tool.   Right button: turn the view.   Middle button, or Shift and right: move "
-          "it.",
-          "Wheel: zoom.   F: show everything.   Tab: panels.   Esc: stop the tool, back from the timeline.",
-          "Space: play and pause.   . : one step.   R: restart.   + and -: speed.   Ctrl+Z, Ctrl+Y: undo and "
-          "redo a cut.",
-          "V: colour.   M: edges.   O: phyxels.   C: clip plane.   F12: picture.   Ctrl+Q: quit.",
-          "Drop a scene, a mesh, a recording or a saved state on the window to open it."})
+    for (
+        const char* line :
+        {"Left button: the tool.   Right button: turn the view.   Middle button, or Shift and right: move "
+         "it.",
+         "Wheel: zoom.   F: show everything.   Tab: panels.   Esc: stop the tool, back from the timeline.",
+         "Space: play and pause.   . : one step.   R: restart.   + and -: speed.   Ctrl+Z, Ctrl+Y: undo and "
+         "redo a cut.",
+         "V: colour.   M: edges.   O: phyxels.   L: links.   K: contacts.   N: forces.   C: clip plane.",
+         "F12: picture.   F11: film from now on, and again to end it.   G: gallery.   Ctrl+Q: quit.",
+         "Buttons under Save (right) write films, meshes, pieces, recordings, and your strokes as a scene or "
+         "a path.",
+         "A mouse with six axes (through spacenavd) moves the free blade; its buttons lower it. With other "
+         "tools it moves the view.",
+         "Drop a scene, a mesh, a recording, a saved state or the folder of a run on the window to open it."})
         ImGui::TextUnformatted(line);
     ImGui::End();
 }
@@ -333,33 +433,31 @@ void Panels::draw(const Viewer& viewer, const PanelData& data, std::vector<Viewe
     out_ = &out;
     const auto width = static_cast<float>(viewer.size().width),
                height = static_cast<float>(viewer.size().height);
-    if (!viewer.state() || viewer.state()->bodies.empty()) {
-        ImGui::SetNextWindowPos({0.5F * width, 0.5F * height}, 0, {0.5F, 0.5F});
-        ImGui::Begin("empty", nullptr,
-                     panel_flags | ImGuiWindowFlags_NoTitleBar | ImGuiWindowFlags_AlwaysAutoResize);
-        const bool has_notice = viewer.state() && !viewer.state()->notice.empty();
-        ImGui::TextUnformatted(has_notice ? viewer.state()->notice.c_str() : "Drop a scene or a mesh here.");
-        ImGui::End();
-        return;
-    }
     notice(viewer, data.seconds);
     legend(data.legend);
+    numbers(viewer, data);
     if (viewer.display().help) help();
     if (!viewer.display().panels) return;
+    hint(viewer, data);
     begin_panel("left", 0, 0, left_width(), height);
     ImGui::Text("%s", viewer.state()->title.c_str());
-    tool_bar(viewer);
-    tool_settings(viewer);
-    ImGui::Separator();
-    materials(viewer);
+    if (viewer.shows_run()) {
+        ImGui::TextDisabled("Frames of a run, played back.");
+    } else {
+        tool_bar(viewer);
+        tool_settings(viewer);
+        ImGui::Separator();
+        materials(viewer);
+    }
+    if (ImGui::Button("Gallery (G)")) set("gallery", 1);
     ImGui::End();
     begin_panel("right", width - right_width(), 0, right_width(), height);
     display(viewer);
     ImGui::Separator();
-    measures(viewer, data);
-    ImGui::Separator();
     ImGui::TextUnformatted("Save");
-    files(viewer);
+    files(viewer, data);
+    ImGui::Separator();
+    measures(viewer, data);
     ImGui::End();
     begin_panel("bottom", left_width(), height - bottom_height(), width - left_width() - right_width(),
                 bottom_height());

@@ -22,6 +22,11 @@ struct PanelData {
     double frame_ms = 0;                                            // of the window
     double interface_ms = 0;                                        // of it, outside of OpenGL
     double seconds = 0;                                             // by the clock of the window
+    const std::vector<NumberLabel>& labels;                         // over the picture
+    std::string quality = {};                                       // of the pictures of what moves
+    std::string film = {};                                          // that is made; empty: none
+    bool is_recording = false;
+    bool has_space_mouse = false;
 };
 
 /// Draws within a frame of ImGui. What the user changes comes back as events, as recordings have them.
@@ -34,9 +39,12 @@ class Panels {
     void tool_settings(const Viewer& viewer);
     void materials(const Viewer& viewer);
     void display(const Viewer& viewer);
-    void files(const Viewer& viewer);
+    void files(const Viewer& viewer, const PanelData& data);
+    void numbers(const Viewer& viewer, const PanelData& data);
+    void hint(const Viewer& viewer, const PanelData& data);
     void measures(const Viewer& viewer, const PanelData& data);
     void timeline(const Viewer& viewer, const PanelData& data);
+    void run_control(const Viewer& viewer);
     void legend(const Legend& legend);
     void notice(const Viewer& viewer, double seconds);
     void help();
@@ -50,8 +58,9 @@ class Panels {
     std::vector<ViewerInput>* out_ = nullptr;
     std::array<float, parameter_count> edited_{};  // sliders that are held
     std::array<bool, parameter_count> is_edited_{};
-    std::uint64_t notices_ = 0;
-    double notice_since_ = 0;
+    std::uint64_t notices_ = 0, own_notices_ = 0;
+    double notice_since_ = -100;
+    std::string notice_;
     std::string source_;  // of the preset that was chosen last
 };
 

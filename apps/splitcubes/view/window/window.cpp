@@ -1,10 +1,13 @@
 #include "window.h"
 
+#include "gallery_panel.h"
 #include "interface_style.h"
 #include "panels.h"
+#include "space_mouse.h"
 
 #include <splitcubes/core/error.h>
 #include <splitcubes/render/image.h>
+#include <splitcubes/view/draw/film_maker.h>
 #include <splitcubes/view/kept_settings.h>
 #include <splitcubes/view/simulation_loop.h>
 #include <splitcubes/view/step_history.h>
@@ -19,6 +22,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <tuple>
 
 #define GLFW_INCLUDE_NONE
 #include <GLFW/glfw3.h>
@@ -136,6 +140,8 @@ std::string key_name(int key, int scancode) {
             return "escape";
         case GLFW_KEY_F1:
             return "f1";
+        case GLFW_KEY_F11:
+            return "f11";
         case GLFW_KEY_F12:
             return "f12";
         case GLFW_KEY_EQUAL:
@@ -207,7 +213,12 @@ class Session {
     void draw();
     void draw_panels();
     void choose_quality(Quality drawn, double seconds);
+    void carry_out_acts();
+    std::pair<int, int> framebuffer_size() const;
     void save_picture(const std::string& file);
+    void save_film(const std::string& file);
+    void record_film(const std::string& file);
+    void go_on_with_film();
     bool is_idle() const;
     void count_frame(double begin, double drawn);
 
@@ -219,10 +230,16 @@ class Session {
     SimulationThread simulation_;
     StateRenderer renderer_;
     Panels panels_;
+    GalleryPanel gallery_;
+    FilmMaker film_;
+    SpaceMouse space_mouse_;
     StepHistory history_;
     Latencies latencies_;
     std::ofstream record_;
     int frame_ = 0, still_frames_ = 0;
+    bool quits_ = false;
+    double last_poll_ = 0;
+    std::string film_name_;
     Quality moving_ = Quality::fine;  // of pictures while things move
     double frame_ms_ = 0, interface_ms_ = 0, opengl_seconds_ = 0;
 };
@@ -231,7 +248,9 @@ Session::Session(const WindowSettings& settings)
     : settings_(settings),
       window_(settings.width, settings.height),
       simulation_({.threads = settings.threads}, timeline_bytes),
-      renderer_(window_) {
+      renderer_(window_),
+      gallery_(window_, true),
+      film_(window_) {
     listen();
     interface_.emplace(window_);
     if (!settings.record_input.empty()) {
@@ -244,6 +263,8 @@ Session::Session(const WindowSettings& settings)
 }
 
 Session::~Session() {
+    if (film_.is_recording()) std::cout << film_.stop() << '\n';
+    gallery_.close();
     save_settings(settings_file(), viewer_);
 }
 
@@ -286,6 +307,9 @@ void Session::take_events() {
         take({.kind = InputKind::resize, .x = static_cast<double>(width), .y = static_cast<double>(height)});
     std::vector<ViewerInput> events;
     events.swap(queue_.events);
+    const double now = glfwGetTime();
+    space_mouse_.poll(queue_.x, queue_.y, now - last_poll_, events);
+    last_poll_ = now;
     if (!events.empty()) still_frames_ = 0;
     for (const ViewerInput& event : events) take(event);
 }
@@ -307,15 +331,33 @@ void Session::draw_panels() {
     ImGui_ImplGlfw_NewFrame();
     ImGui::NewFrame();
     std::vector<ViewerInput> changes;
-    panels_.draw(viewer_,
-                 {.history = history_,
-                  .latencies = latencies_,
-                  .legend = renderer_.legend(),
-                  .timeline = simulation_.timeline().range(),
-                  .frame_ms = frame_ms_,
-                  .interface_ms = interface_ms_,
-                  .seconds = glfwGetTime()},
-                 changes);
+    static constexpr std::array<const char*, 3> qualities = {"fine", "without shadows",
+                                                             "half the resolution"};
+    std::string film;
+    if (film_.is_making())
+        film = "Film: " + std::to_string(film_.done()) + " of " + std::to_string(film_.total()) + " pictures";
+    if (film_.is_recording())
+        film = "Filming: " + std::to_string(film_.done()) + " pictures.  F11 ends the film.";
+    if (shows_gallery(viewer_)) {
+        gallery_.draw(viewer_, changes);
+        if (gallery_.is_busy()) still_frames_ = 0;
+    } else {
+        gallery_.close();
+        panels_.draw(viewer_,
+                     {.history = history_,
+                      .latencies = latencies_,
+                      .legend = renderer_.legend(),
+                      .timeline = simulation_.timeline().range(),
+                      .frame_ms = frame_ms_,
+                      .interface_ms = interface_ms_,
+                      .seconds = glfwGetTime(),
+                      .labels = renderer_.labels(),
+                      .quality = qualities[static_cast<std::size_t>(moving_)],
+                      .film = film,
+                      .is_recording = film_.is_recording(),
+                      .has_space_mouse = space_mouse_.is_there()},
+                     changes);
+    }
     for (ViewerInput& change : changes) {
         change.time = glfwGetTime();
         take(change);
@@ -329,7 +371,7 @@ void Session::draw() {
     const double begin = glfwGetTime();
     int width = 0, height = 0;
     glfwGetFramebufferSize(window_.get(), &width, &height);
-    if (width > 0 && height > 0 && viewer_.state() && !viewer_.state()->bodies.empty()) {
+    if (width > 0 && height > 0 && !shows_gallery(viewer_)) {
         const Quality quality = still_frames_ < idle_frames ? moving_ : Quality::fine;
         renderer_.draw(viewer_, width, height, 0, quality);
         glFinish();
@@ -351,16 +393,61 @@ void Session::choose_quality(Quality drawn, double seconds) {
     moving_ = moving_ == Quality::fine ? Quality::quick : Quality::coarse;
 }
 
-void Session::save_picture(const std::string& file) {
-    if (!viewer_.state()) return;
+std::pair<int, int> Session::framebuffer_size() const {
     int width = 0, height = 0;
     glfwGetFramebufferSize(window_.get(), &width, &height);
+    return {width, height};
+}
+
+void Session::save_picture(const std::string& file) {
+    if (!viewer_.state() || viewer_.state()->bodies.empty()) return;
+    const auto [width, height] = framebuffer_size();
     const std::string name = file.empty() ? "splitcubes-" + std::to_string(frame_) + ".png" : file;
     try {
         render::write_png(name, renderer_.picture(viewer_, width, height));
         std::cout << name << '\n';
+        viewer_.notify("saved " + name);
     } catch (const std::exception& error) {
         std::cerr << error.what() << '\n';
+        viewer_.notify(error.what());
+    }
+}
+
+void Session::save_film(const std::string& file) {
+    const auto [width, height] = framebuffer_size();
+    const std::string problem = film_.make(file.empty() ? "splitcubes-film.mp4" : file,
+                                           simulation_.timeline().states(), viewer_, width, height);
+    if (!problem.empty()) viewer_.notify(problem);
+}
+
+void Session::record_film(const std::string& file) {
+    if (film_.is_recording()) return viewer_.notify(film_.stop());
+    const auto [width, height] = framebuffer_size();
+    std::string name = file;
+    for (int k = 1; name.empty() || (file.empty() && std::filesystem::exists(name)); ++k)
+        name = "splitcubes-film-" + std::to_string(k) + ".mp4";
+    const std::string problem = film_.record(name, width, height);
+    if (!problem.empty()) viewer_.notify(problem);
+}
+
+// A picture of the film a picture of the window: neither waits for the other.
+void Session::go_on_with_film() {
+    film_.observe(viewer_);
+    if (const std::string end = film_.advance(); !end.empty()) {
+        viewer_.notify(end);
+        std::cout << end << '\n';
+    }
+    if (film_.is_making()) still_frames_ = 0;
+}
+
+void Session::carry_out_acts() {
+    for (auto [act, text] = viewer_.take_act(); act != WindowAct::none;
+         std::tie(act, text) = viewer_.take_act()) {
+        still_frames_ = 0;
+        if (act == WindowAct::quit) quits_ = true;
+        if (act == WindowAct::save_picture) save_picture(text);
+        if (act == WindowAct::save_film) save_film(text);
+        if (act == WindowAct::record_film) record_film(text);
     }
 }
 
@@ -381,12 +468,12 @@ int Session::run() {
         take_events();
         show_state();
         ++still_frames_;
-        const auto [act, text] = viewer_.take_act();
-        if (act == WindowAct::quit || settings_.is_interrupted()) break;
-        if (is_idle() && act == WindowAct::none) continue;
+        carry_out_acts();
+        if (quits_ || settings_.is_interrupted()) break;
+        if (is_idle()) continue;
         draw();
         const double drawn = glfwGetTime();
-        if (act == WindowAct::save_picture) save_picture(text);
+        go_on_with_film();
         glfwSwapBuffers(window_.get());
         if (viewer_.state()) latencies_.shown(viewer_.state()->commands, glfwGetTime());
         count_frame(begin, drawn);

@@ -31,7 +31,7 @@ class OffscreenPanels {
     virtual void observe(const PublishedState& state) = 0;
     virtual render::Picture picture(const Viewer& viewer, StateRenderer& renderer) = 0;
 };
-/// The context must be current.
-std::unique_ptr<OffscreenPanels> make_offscreen_panels();
+/// The context must be current, and outlive them. Of the gallery only pictures in the cache are shown.
+std::unique_ptr<OffscreenPanels> make_offscreen_panels(const gl::Context& context);
 
 }  // namespace splitcubes::view

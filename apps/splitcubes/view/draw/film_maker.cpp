@@ -1,0 +1,112 @@
+#include "film_maker.h"
+
+#include <algorithm>
+#include <filesystem>
+
+namespace splitcubes::view {
+
+namespace {
+
+// s, until the next state; of an undo, which goes back in time, one picture.
+double time_between(const std::vector<State>& states, std::size_t k) {
+    if (k + 1 == states.size()) return 1 / film_rate;
+    const double out = states[k + 1]->time - states[k]->time;
+    return out >= 0 ? std::min(out, 1.0) : 1 / film_rate;
+}
+
+}  // namespace
+
+std::string FilmMaker::start(const std::string& file, int width, int height) {
+    if (video_) return "another film is being made";
+    file_ = file;
+    // H.264 has no odd sizes.
+    width_ = width & ~1;
+    height_ = height & ~1;
+    done_ = 0;
+    problem_.clear();
+    has_time_ = false;
+    try {
+        render::VideoOptions options;
+        options.width = width_;
+        options.height = height_;
+        options.frames_per_second = film_rate;
+        video_.emplace(file, options);
+        renderer_.emplace(context_);
+    } catch (const std::exception& error) {
+        video_.reset();
+        return error.what();
+    }
+    return {};
+}
+
+std::string FilmMaker::make(const std::string& file, std::vector<State> states, const Viewer& viewer,
+                            int width, int height) {
+    if (states.empty()) return "there is nothing to film yet: play first";
+    if (const std::string problem = start(file, width, height); !problem.empty()) return problem;
+    is_recording_ = false;
+    viewer_.emplace(viewer);
+    viewer_->take({.kind = InputKind::resize, .x = 1.0 * width_, .y = 1.0 * height_});
+    viewer_->take({.kind = InputKind::key, .name = "escape"});
+    frames_.clear();
+    double clock = 0;  // s, of the film
+    for (std::size_t k = 0; k < states.size(); ++k) {
+        const double next = clock + time_between(states, k);
+        while (static_cast<double>(frames_.size()) / film_rate < next - 1e-9) frames_.push_back(states[k]);
+        clock = next;
+    }
+    return {};
+}
+
+std::string FilmMaker::record(const std::string& file, int width, int height) {
+    frames_.clear();
+    const std::string problem = start(file, width, height);
+    is_recording_ = problem.empty();
+    return problem;
+}
+
+void FilmMaker::add(const Viewer& viewer) {
+    try {
+        video_->add(renderer_->picture(viewer, width_, height_));
+        ++done_;
+    } catch (const std::exception& error) {
+        problem_ = error.what();
+    }
+}
+
+std::string FilmMaker::advance() {
+    if (!is_making()) return {};
+    if (done_ < frames_.size() && problem_.empty()) {
+        viewer_->show(frames_[done_]);
+        add(*viewer_);
+        if (problem_.empty() && done_ < frames_.size()) return {};
+    }
+    return stop();
+}
+
+// After an undo time goes on from where it is.
+void FilmMaker::observe(const Viewer& viewer) {
+    if (!is_recording() || !viewer.state() || viewer.state()->bodies.empty() || !problem_.empty()) return;
+    const double time = viewer.state()->time;
+    if (!has_time_ || time < next_time_ - 2 / film_rate) next_time_ = time;
+    has_time_ = true;
+    for (; next_time_ <= time + 1e-9 && problem_.empty(); next_time_ += 1 / film_rate) add(viewer);
+}
+
+std::string FilmMaker::stop() {
+    if (!video_) return {};
+    std::string out = problem_;
+    if (out.empty()) try {
+            video_->finish();
+            out = "saved " + std::filesystem::absolute(file_).lexically_normal().string() + ", " +
+                  std::to_string(done_) + " pictures";
+        } catch (const std::exception& error) {
+            out = error.what();
+        }
+    video_.reset();
+    renderer_.reset();
+    viewer_.reset();
+    frames_.clear();
+    return out;
+}
+
+}  // namespace splitcubes::view
