@@ -1,6 +1,6 @@
 #include "gallery.h"
 
-#include "simulation_loop.h"
+#include "engine.h"
 
 #include <splitcubes/io/mesh_format.h>
 #include <splitcubes/scene/parse.h>
@@ -52,6 +52,17 @@ std::uint64_t hash_of(const std::string& text) {
     return out;
 }
 
+// Small pictures do not show the finest cells.
+SceneSource coarser(SceneSource source) {
+    constexpr double factor = 1.3;
+    for (BodySource& body : source.bodies) {
+        body.settings.cell_size *= factor;
+        body.settings.phyxel_spacing *= factor;
+        body.settings.phyxel_count = std::max(60, body.settings.phyxel_count / 2);
+    }
+    return source;
+}
+
 fs::path cache_folder() {
     if (const char* cache = std::getenv("XDG_CACHE_HOME"); cache != nullptr && *cache != '\0') return cache;
     const char* home = std::getenv("HOME");
@@ -90,7 +101,7 @@ std::vector<GalleryItem> gallery_items(const fs::path& folder) {
 }
 
 fs::path thumbnail_file(const fs::path& item) {
-    constexpr std::string_view version = "1";  // of what thumbnails show
+    constexpr std::string_view version = "2";  // of what thumbnails show
     const fs::path cache = cache_folder();
     std::error_code error;
     const auto size = fs::file_size(item, error);
@@ -105,17 +116,18 @@ fs::path thumbnail_file(const fs::path& item) {
 
 State thumbnail_state(const fs::path& item, const std::function<bool()>& stops) {
     try {
-        SimulationLoop loop({.threads = 1, .undo_bytes = 0, .timeline_bytes = 0});
-        loop.open(item);
+        Engine engine(coarser(open_source(item)), {.threads = 1, .undo_bytes = 0, .timeline_bytes = 0});
         int steps = 0;
         if (item.extension() == ".json")
             steps = std::min(max_steps,
-                             static_cast<int>(shown_share * loop.engine()->source().description.frames));
+                             static_cast<int>(shown_share * engine.source().description.frames));
         for (int k = 0; k < steps; ++k) {
             if (stops()) return nullptr;
-            loop.step();
+            engine.step();
         }
-        return loop.publish();
+        std::shared_ptr<PublishedState> out = engine.publish();
+        out->scene = 1;
+        return out;
     } catch (const std::exception&) {
         return nullptr;
     }

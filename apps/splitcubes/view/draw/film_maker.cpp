@@ -16,9 +16,10 @@ double time_between(const std::vector<State>& states, std::size_t k) {
 
 }  // namespace
 
-std::string FilmMaker::start(const std::string& file, int width, int height) {
+std::string FilmMaker::start(const std::string& file, int width, int height, Quality quality) {
     if (video_) return "another film is being made";
     file_ = file;
+    quality_ = quality;
     // H.264 has no odd sizes.
     width_ = width & ~1;
     height_ = height & ~1;
@@ -40,9 +41,9 @@ std::string FilmMaker::start(const std::string& file, int width, int height) {
 }
 
 std::string FilmMaker::make(const std::string& file, std::vector<State> states, const Viewer& viewer,
-                            int width, int height) {
+                            int width, int height, Quality quality) {
     if (states.empty()) return "there is nothing to film yet: play first";
-    if (const std::string problem = start(file, width, height); !problem.empty()) return problem;
+    if (const std::string problem = start(file, width, height, quality); !problem.empty()) return problem;
     is_recording_ = false;
     viewer_.emplace(viewer);
     viewer_->take({.kind = InputKind::resize, .x = 1.0 * width_, .y = 1.0 * height_});
@@ -57,16 +58,16 @@ std::string FilmMaker::make(const std::string& file, std::vector<State> states, 
     return {};
 }
 
-std::string FilmMaker::record(const std::string& file, int width, int height) {
+std::string FilmMaker::record(const std::string& file, int width, int height, Quality quality) {
     frames_.clear();
-    const std::string problem = start(file, width, height);
+    const std::string problem = start(file, width, height, quality);
     is_recording_ = problem.empty();
     return problem;
 }
 
 void FilmMaker::add(const Viewer& viewer) {
     try {
-        video_->add(renderer_->picture(viewer, width_, height_));
+        video_->add(renderer_->picture(viewer, width_, height_, quality_));
         ++done_;
     } catch (const std::exception& error) {
         problem_ = error.what();

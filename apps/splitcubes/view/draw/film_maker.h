@@ -23,9 +23,9 @@ class FilmMaker {
     /// Begins a film of states, ascending in time, as the viewer shows them now. Returns what went wrong;
     /// empty: nothing.
     std::string make(const std::string& file, std::vector<State> states, const Viewer& viewer, int width,
-                     int height);
+                     int height, Quality quality = Quality::fine);
     /// Begins a film of the states that are observed from now on.
-    std::string record(const std::string& file, int width, int height);
+    std::string record(const std::string& file, int width, int height, Quality quality = Quality::fine);
     /// Draws a picture of a film of states. Returns the line that tells the user of its end; empty before.
     std::string advance();
     /// Adds the state that a viewer shows, as often as its time asks for.
@@ -40,7 +40,7 @@ class FilmMaker {
     std::size_t total() const { return frames_.size(); }
 
   private:
-    std::string start(const std::string& file, int width, int height);
+    std::string start(const std::string& file, int width, int height, Quality quality);
     void add(const Viewer& viewer);
 
     const gl::Context& context_;
@@ -50,6 +50,7 @@ class FilmMaker {
     std::vector<State> frames_;  // one a picture
     std::string file_, problem_;
     int width_ = 0, height_ = 0;
+    Quality quality_ = Quality::fine;
     bool is_recording_ = false;
     std::size_t done_ = 0;
     double next_time_ = 0;  // s, simulated, of the next picture that is recorded

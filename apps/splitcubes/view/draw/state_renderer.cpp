@@ -213,7 +213,8 @@ void StateRenderer::add_forces(const Viewer& viewer) {
     labels_.clear();
     if (!viewer.display().forces) return;
     double largest = 0;
-    for (const ForceState& force : viewer.state()->forces.arrows) largest = std::max(largest, force.force.norm());
+    for (const ForceState& force : viewer.state()->forces.arrows)
+        largest = std::max(largest, force.force.norm());
     if (!(largest > 1e-6)) return;
     const double size = 0.11 * viewer.camera().distance;
     for (const ForceState& force : viewer.state()->forces.arrows) {
@@ -387,8 +388,8 @@ void StateRenderer::draw(const Viewer& viewer, int width, int height, unsigned f
     renderer_->draw_into(list_, camera_of(viewer.camera()), framebuffer, width, height);
 }
 
-render::Picture StateRenderer::picture(const Viewer& viewer, int width, int height) {
-    update_options(viewer, width, height, Quality::fine);
+render::Picture StateRenderer::picture(const Viewer& viewer, int width, int height, Quality quality) {
+    update_options(viewer, width, height, quality);
     make_list(viewer);
     return renderer_->draw(list_, camera_of(viewer.camera()));
 }

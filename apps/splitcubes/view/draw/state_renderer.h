@@ -39,7 +39,8 @@ class StateRenderer {
     /// may be more than the viewer counts on displays of high resolution.
     void draw(const Viewer& viewer, int width, int height, unsigned framebuffer,
               Quality quality = Quality::fine);
-    render::Picture picture(const Viewer& viewer, int width, int height);
+    /// quality: fine or quick.
+    render::Picture picture(const Viewer& viewer, int width, int height, Quality quality = Quality::fine);
     const Legend& legend() const { return legend_; }
     /// Numbers at the arrows of the last picture, for whoever draws text over it.
     const std::vector<NumberLabel>& labels() const { return labels_; }

@@ -48,7 +48,7 @@ std::optional<std::size_t> Thumbnails::advance() {
     }
     --open_;
     if (!next.second || next.second->bodies.empty()) return std::nullopt;
-    if (!renderer_) renderer_.emplace(context_);
+    renderer_.emplace(context_);  // buffers know states of one simulation only
     Viewer viewer;
     viewer.take({.kind = InputKind::resize, .x = thumbnail_width, .y = thumbnail_height});
     viewer.take({.kind = InputKind::set, .name = "forces", .value = 0});

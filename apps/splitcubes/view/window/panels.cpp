@@ -426,11 +426,25 @@ void Panels::help() {
          "tools it moves the view.",
          "Drop a scene, a mesh, a recording, a saved state or the folder of a run on the window to open it."})
         ImGui::TextUnformatted(line);
+    end_panel();
+}
+
+void Panels::end_panel() {
+    const ImVec2 at = ImGui::GetWindowPos(), size = ImGui::GetWindowSize();
+    covered_.push_back({at.x, at.y, size.x, size.y});
     ImGui::End();
+}
+
+bool Panels::covers(double x, double y) const {
+    const auto px = static_cast<float>(x), py = static_cast<float>(y);
+    return std::any_of(covered_.begin(), covered_.end(), [&](const std::array<float, 4>& r) {
+        return px >= r[0] && py >= r[1] && px < r[0] + r[2] && py < r[1] + r[3];
+    });
 }
 
 void Panels::draw(const Viewer& viewer, const PanelData& data, std::vector<ViewerInput>& out) {
     out_ = &out;
+    covered_.clear();
     const auto width = static_cast<float>(viewer.size().width),
                height = static_cast<float>(viewer.size().height);
     notice(viewer, data.seconds);
@@ -450,7 +464,7 @@ void Panels::draw(const Viewer& viewer, const PanelData& data, std::vector<Viewe
         materials(viewer);
     }
     if (ImGui::Button("Gallery (G)")) set("gallery", 1);
-    ImGui::End();
+    end_panel();
     begin_panel("right", width - right_width(), 0, right_width(), height);
     display(viewer);
     ImGui::Separator();
@@ -458,11 +472,11 @@ void Panels::draw(const Viewer& viewer, const PanelData& data, std::vector<Viewe
     files(viewer, data);
     ImGui::Separator();
     measures(viewer, data);
-    ImGui::End();
+    end_panel();
     begin_panel("bottom", left_width(), height - bottom_height(), width - left_width() - right_width(),
                 bottom_height());
     timeline(viewer, data);
-    ImGui::End();
+    end_panel();
 }
 
 }  // namespace splitcubes::view

@@ -6,6 +6,7 @@
 #include <splitcubes/view/step_history.h>
 #include <splitcubes/view/viewer.h>
 
+#include <array>
 #include <optional>
 #include <string>
 #include <utility>
@@ -33,6 +34,9 @@ struct PanelData {
 class Panels {
   public:
     void draw(const Viewer& viewer, const PanelData& data, std::vector<ViewerInput>& out);
+    /// Whether a panel was at a position in the last frame. ImGui's own answer is that of the frame's
+    /// pointer, which may be elsewhere by now.
+    bool covers(double x, double y) const;
 
   private:
     void tool_bar(const Viewer& viewer);
@@ -55,7 +59,10 @@ class Panels {
     void set(const std::string& name, double value);
     void act(const std::string& name, const std::string& text = {});
 
+    void end_panel();
+
     std::vector<ViewerInput>* out_ = nullptr;
+    std::vector<std::array<float, 4>> covered_;    // x, y, width, height
     std::array<float, parameter_count> edited_{};  // sliders that are held
     std::array<bool, parameter_count> is_edited_{};
     std::uint64_t notices_ = 0, own_notices_ = 0;

@@ -18,6 +18,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <fstream>
+#include <functional>
 #include <iostream>
 #include <optional>
 #include <string>
@@ -107,6 +108,7 @@ struct Interface {
 /// Events as they come, each with its own time: ImGui would keep the last position of a frame only.
 struct EventQueue {
     std::vector<ViewerInput> events;
+    std::function<bool(double, double)> is_covered;  // by a panel
     double x = 0, y = 0;
     unsigned modifiers = 0;
 
@@ -167,7 +169,7 @@ void on_move(GLFWwindow* window, double x, double y) {
 void on_button(GLFWwindow* window, int button, int action, int mods) {
     EventQueue& queue = EventQueue::of(window);
     queue.modifiers = modifiers_of(mods);
-    if (button > GLFW_MOUSE_BUTTON_MIDDLE || (action == GLFW_PRESS && ImGui::GetIO().WantCaptureMouse))
+    if (button > GLFW_MOUSE_BUTTON_MIDDLE || (action == GLFW_PRESS && queue.is_covered(queue.x, queue.y)))
         return;
     const Button which = button == GLFW_MOUSE_BUTTON_RIGHT    ? Button::right
                          : button == GLFW_MOUSE_BUTTON_MIDDLE ? Button::middle
@@ -176,7 +178,8 @@ void on_button(GLFWwindow* window, int button, int action, int mods) {
 }
 
 void on_wheel(GLFWwindow* window, double, double notches) {
-    if (!ImGui::GetIO().WantCaptureMouse) EventQueue::of(window).add(InputKind::wheel, {}, notches);
+    EventQueue& queue = EventQueue::of(window);
+    if (!queue.is_covered(queue.x, queue.y)) queue.add(InputKind::wheel, {}, notches);
 }
 
 void on_key(GLFWwindow* window, int key, int scancode, int action, int mods) {
@@ -236,7 +239,7 @@ class Session {
     StepHistory history_;
     Latencies latencies_;
     std::ofstream record_;
-    int frame_ = 0, still_frames_ = 0;
+    int frame_ = 0, still_frames_ = 0, pictures_ = 0;
     bool quits_ = false;
     double last_poll_ = 0;
     std::string film_name_;
@@ -263,13 +266,18 @@ Session::Session(const WindowSettings& settings)
 }
 
 Session::~Session() {
-    if (film_.is_recording()) std::cout << film_.stop() << '\n';
+    if (film_.is_making() || film_.is_recording()) std::cout << film_.stop() << '\n';
     gallery_.close();
     save_settings(settings_file(), viewer_);
 }
 
 // Before ImGui's own callbacks, which then call these.
 void Session::listen() {
+    queue_.is_covered = [this](double x, double y) {
+        const bool is_popup =
+            ImGui::IsPopupOpen("", ImGuiPopupFlags_AnyPopupId | ImGuiPopupFlags_AnyPopupLevel);
+        return shows_gallery(viewer_) || is_popup || panels_.covers(x, y);
+    };
     glfwSetWindowUserPointer(window_.get(), &queue_);
     glfwSetCursorPosCallback(window_.get(), on_move);
     glfwSetMouseButtonCallback(window_.get(), on_button);
@@ -389,7 +397,8 @@ void Session::draw() {
 
 // What was too slow once stays so: a quality that came back would be slow again.
 void Session::choose_quality(Quality drawn, double seconds) {
-    if (seconds < max_moving_seconds || drawn != moving_ || viewer_.state()->step < 3) return;
+    // The first pictures wait for shaders.
+    if (++pictures_ < 3 || seconds < max_moving_seconds || drawn != moving_) return;
     moving_ = moving_ == Quality::fine ? Quality::quick : Quality::coarse;
 }
 
@@ -415,8 +424,9 @@ void Session::save_picture(const std::string& file) {
 
 void Session::save_film(const std::string& file) {
     const auto [width, height] = framebuffer_size();
-    const std::string problem = film_.make(file.empty() ? "splitcubes-film.mp4" : file,
-                                           simulation_.timeline().states(), viewer_, width, height);
+    const std::string problem =
+        film_.make(file.empty() ? "splitcubes-film.mp4" : file, simulation_.timeline().states(), viewer_,
+                   width, height, moving_ == Quality::fine ? Quality::fine : Quality::quick);
     if (!problem.empty()) viewer_.notify(problem);
 }
 
@@ -426,7 +436,8 @@ void Session::record_film(const std::string& file) {
     std::string name = file;
     for (int k = 1; name.empty() || (file.empty() && std::filesystem::exists(name)); ++k)
         name = "splitcubes-film-" + std::to_string(k) + ".mp4";
-    const std::string problem = film_.record(name, width, height);
+    const std::string problem =
+        film_.record(name, width, height, moving_ == Quality::fine ? Quality::fine : Quality::quick);
     if (!problem.empty()) viewer_.notify(problem);
 }
 
