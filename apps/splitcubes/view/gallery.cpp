@@ -119,8 +119,7 @@ State thumbnail_state(const fs::path& item, const std::function<bool()>& stops) 
         Engine engine(coarser(open_source(item)), {.threads = 1, .undo_bytes = 0, .timeline_bytes = 0});
         int steps = 0;
         if (item.extension() == ".json")
-            steps = std::min(max_steps,
-                             static_cast<int>(shown_share * engine.source().description.frames));
+            steps = std::min(max_steps, static_cast<int>(shown_share * engine.source().description.frames));
         for (int k = 0; k < steps; ++k) {
             if (stops()) return nullptr;
             engine.step();

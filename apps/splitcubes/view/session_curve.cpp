@@ -111,9 +111,8 @@ std::string svg_of(const std::string& title, const std::vector<CurvePoint>& poin
     Diagram out(title, static_cast<double>(points.back().step));
     out.axis(top_rate, false, blue, "steps a second");
     out.axis(top_triangles, true, red, "triangles");
-    const int ticks = 6;
-    for (int k = 0; k <= ticks; ++k) {
-        const double step = std::round(static_cast<double>(points.back().step) * k / ticks);
+    const auto last = static_cast<double>(points.back().step);
+    for (double step = 0, apart = std::max(1.0, axis_end(last / 8)); step <= last; step += apart) {
         out.text(out.x(step), Diagram::height - Diagram::bottom + 18, "middle", "#222222",
                  plain_number(step, 7));
     }

@@ -1,5 +1,7 @@
 #include "film_maker.h"
 
+#include <splitcubes/core/atomic_file.h>
+
 #include <algorithm>
 #include <filesystem>
 
@@ -18,6 +20,9 @@ double time_between(const std::vector<State>& states, std::size_t k) {
 
 std::string FilmMaker::start(const std::string& file, int width, int height, Quality quality) {
     if (video_) return "another film is being made";
+    const std::string ending = std::filesystem::path(file).extension().string();
+    if (ending != ".mp4" && ending != ".mkv" && ending != ".mov")
+        return file + ": has an unknown ending; give FILE.mp4, .mkv or .mov";
     file_ = file;
     quality_ = quality;
     // H.264 has no odd sizes.
@@ -27,6 +32,7 @@ std::string FilmMaker::start(const std::string& file, int width, int height, Qua
     problem_.clear();
     has_time_ = false;
     try {
+        check_file_target(file);
         render::VideoOptions options;
         options.width = width_;
         options.height = height_;
@@ -59,10 +65,11 @@ std::string FilmMaker::make(const std::string& file, std::vector<State> states, 
 }
 
 std::string FilmMaker::record(const std::string& file, int width, int height, Quality quality) {
-    frames_.clear();
     const std::string problem = start(file, width, height, quality);
-    is_recording_ = problem.empty();
-    return problem;
+    if (!problem.empty()) return problem;
+    frames_.clear();
+    is_recording_ = true;
+    return {};
 }
 
 void FilmMaker::add(const Viewer& viewer) {

@@ -252,7 +252,8 @@ void Panels::measures(const Viewer& viewer, const PanelData& data) {
         tooltip("Chosen by the time that a picture takes; fine at rest");
     }
     const Spread latency = data.latencies.spread();
-    ImGui::Text("frame %.1f ms, %.1f of it not OpenGL", data.frame_ms, data.interface_ms);
+    if (data.frame_ms > 0)
+        ImGui::Text("frame %.1f ms, %.1f of it not OpenGL", data.frame_ms, data.interface_ms);
     if (data.latencies.count() > 0)
         ImGui::Text("input to picture %.0f ms, worst %.0f", latency.median, latency.worst);
     else
@@ -289,7 +290,7 @@ void Panels::run_control(const Viewer& viewer) {
     slider(viewer, "Speed", "speed", 0.02, 2, "%.2f x", true);
     ImGui::SameLine();
     ImGui::Text("%.2f s", state.time);
-    if (!viewer.is_playing()) return;
+    if (!viewer.is_playing() || !(state.real_time_factor > 0)) return;
     ImGui::SameLine();
     ImGui::Text("runs at %.2f x", state.real_time_factor);
 }
