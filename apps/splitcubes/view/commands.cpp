@@ -18,9 +18,9 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 // Those of CommandKind that are recorded, in its order.
-constexpr std::array<std::string_view, 12> names = {
-    "set_parameter", "apply_preset", "undo",      "redo",     "begin_stroke", "move_stroke",
-    "end_stroke",    "begin_pull",   "move_pull", "end_pull", "pin",          "unpin"};
+constexpr std::array<std::string_view, 13> names = {
+    "set_parameter", "apply_preset", "undo",     "redo", "begin_stroke", "move_stroke", "end_stroke",
+    "begin_pull",    "move_pull",    "end_pull", "pin",  "unpin",        "drop"};
 constexpr std::string_view mark = "splitcubes viewer recording 1";
 
 Json numbers(const Vec3& v) {

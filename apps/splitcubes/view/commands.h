@@ -26,6 +26,7 @@ enum class CommandKind {
     end_pull,      // `slot`
     pin,           // `slot`: the pull stays
     unpin,         // `slot`
+    drop,          // blades and pulls that are under way, where time went on from an earlier step
     // Of the simulation; not recorded.
     restart,
     resume_at,        // `value`: the step to go on from

@@ -179,7 +179,10 @@ void Engine::notify(const std::string& notice) {
 
 void Engine::apply(const Command& command) {
     try {
-        carry_out(command);
+        const bool travels = command.kind == CommandKind::undo || command.kind == CommandKind::redo;
+        // One that does nothing could do something where the recording is repeated.
+        if (travels && !travel(command.kind == CommandKind::undo)) return;
+        if (!travels) carry_out(command);
         if (is_recorded(command.kind)) recorded_.push_back({step_, command});
     } catch (const std::exception& error) {
         notify(error.what());
@@ -192,10 +195,8 @@ void Engine::carry_out(const Command& command) {
             return set_parameter(parameter_index(command.name, "command"), command.value);
         case CommandKind::apply_preset:
             return apply_preset(command.name);
-        case CommandKind::undo:
-            return travel(true);
-        case CommandKind::redo:
-            return travel(false);
+        case CommandKind::drop:
+            return forget_gestures();
         case CommandKind::begin_stroke:
             return begin_stroke(command);
         case CommandKind::move_stroke:
@@ -329,13 +330,14 @@ double Engine::parameter_value(std::size_t index) const {
 }
 
 // Gestures that are under way belong to the state that is left.
-void Engine::travel(bool back) {
+bool Engine::travel(bool back) {
     if (!(back ? simulation_->undo() : simulation_->redo())) {
         notify(back ? "there is nothing to undo" : "there is nothing to redo");
-        return;
+        return false;
     }
     back ? log_.go_back(simulation_->time()) : log_.go_forward(simulation_->time());
     forget_gestures();
+    return true;
 }
 
 void Engine::forget_gestures() {
@@ -436,13 +438,14 @@ void Engine::resume_at(std::int64_t step) {
             if (again[next].command.kind == CommandKind::undo ||
                 again[next].command.kind == CommandKind::redo) {
                 notify("goes on from before the undo");
+                apply({.kind = CommandKind::drop});
                 return;
             }
             apply(again[next].command);
         }
         this->step();
     }
-    forget_gestures();
+    apply({.kind = CommandKind::drop});
 }
 
 Recording Engine::recording() const {

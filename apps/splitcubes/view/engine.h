@@ -84,7 +84,7 @@ class Engine {
     void save(const Command& command);
     void save_surfaces(const std::string& file) const;
     scene::SceneDescription scene_with_strokes() const;
-    void travel(bool back);
+    bool travel(bool back);
     void forget_gestures();
     void resume_at(std::int64_t step);
     void run_script();
