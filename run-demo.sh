@@ -59,3 +59,5 @@ done
 echo
 echo "run-demo: done in $SECONDS s"
 for scene in "${scenes[@]}"; do show "$scene"; done
+echo
+echo "To cut by hand, in a window:  $root/$program view"

@@ -7,7 +7,7 @@ packages=(
   build-essential cmake ninja-build pkg-config ccache
   libeigen3-dev libtbb-dev nlohmann-json3-dev libstb-dev libhwy-dev libmd-dev
   libepoxy-dev libegl1-mesa-dev libegl-dev libgl-dev libgl1-mesa-dri ffmpeg
-  libglfw3-dev libimgui-dev fonts-dejavu-core xvfb xauth xdotool
+  libglfw3-dev libimgui-dev libspnav-dev fonts-dejavu-core xvfb xauth xdotool
   libgtest-dev libgmock-dev libbenchmark-dev
   clang libclang-rt-14-dev clang-format clang-tidy doxygen
 )
