@@ -83,11 +83,13 @@ struct RandomHands {
     void scrub() {
         const auto range = timeline.range();
         if (!range) return;
-        session.set("timeline",
-                    static_cast<double>(range->first) +
-                        std::floor(share() * static_cast<double>(range->second - range->first + 1)));
+        // What was done before a return cannot be undone: it is not far and not late.
+        const bool returns = share() < 0.5 && session.loop.engine()->log().strokes().size() <= 6;
+        const std::int64_t first = returns ? std::max(range->first, range->second - 100) : range->first;
+        const auto steps = static_cast<double>(range->second - first + 1);
+        session.set("timeline", static_cast<double>(first) + std::floor(share() * steps));
         session.frame();
-        if (share() < 0.5) session.act("resume");
+        if (returns) session.act("resume");
         session.key("escape");
         session.key("space");
         if (!session.loop.is_playing()) session.key("space");

@@ -79,6 +79,7 @@ void Tools::select(ToolKind kind, std::vector<Command>& out) {
     cancel(out);
     kind_ = kind;
     shift_ = Vec3::Zero();
+    scalpel_.reset();
 }
 
 void Tools::suit(double body_size) {
@@ -130,7 +131,8 @@ std::optional<Tools::BladePose> Tools::scalpel_pose(const ToolContext& context) 
     last_point_ = hit->point.world;
     const double tilt = settings.scalpel_tilt * std::numbers::pi / 180;
     const Vec3 inwards = Eigen::AngleAxisd(tilt, direction_) * Vec3(-normal);
-    return BladePose{frame_at(hit->point.world, axes_along(inwards, direction_)), hit->point};
+    scalpel_ = frame_at(hit->point.world, axes_along(inwards, direction_));
+    return BladePose{*scalpel_, hit->point};
 }
 
 Tools::BladePose Tools::free_pose(const ToolContext& context) const {
@@ -287,6 +289,7 @@ void Tools::press(double x, double y, const ToolContext& context, std::vector<Co
 void Tools::move(double x, double y, const ToolContext& context, std::vector<Command>& out) {
     x_ = x;
     y_ = y;
+    if (kind_ == ToolKind::scalpel && !busy_ && !scalpel_pose(context)) scalpel_.reset();
     if (!busy_) return;
     if (kind_ == ToolKind::grab || kind_ == ToolKind::tear) return move_pull(context, out);
     if (kind_ == ToolKind::scissors || kind_ == ToolKind::pin) return;
@@ -338,6 +341,18 @@ bool Tools::key(const std::string& name, const ToolContext& context, std::vector
     angles_[static_cast<int>(at / 2)] += at % 2 == 0 ? turn_step : -turn_step;
     if (lowered_) move_blade(context, out);
     return true;
+}
+
+std::optional<HandInstrument> Tools::instrument(const ToolContext& context) const {
+    const bool is_free = kind_ == ToolKind::free_blade;
+    if (!is_free && !(kind_ == ToolKind::scalpel && scalpel_)) return std::nullopt;
+    const std::vector<Vec3> edge = blade_points(context);
+    HandInstrument out{.kind = kind_, .from = edge.front(), .to = edge.back()};
+    out.handle = (is_free ? 0.25 : 0.3) * extent_of(context.state);
+    // The free blade has its edge below and its handle to the right.
+    if (is_free) out.back = -Vec3::UnitY();
+    out.frame = is_free ? free_pose(context).frame : *scalpel_;
+    return out;
 }
 
 std::vector<OverlayLine> Tools::overlay(const ToolContext& context) const {

@@ -46,6 +46,15 @@ struct OverlayLine {
     bool is_active = false;    // cuts or pulls
 };
 
+/// A solid in the hand: a straight edge in its own frame, drawn with what is behind it.
+struct HandInstrument {
+    ToolKind kind = ToolKind::scalpel;
+    Vec3 from = Vec3::Zero(), to = Vec3::UnitZ();  // m, own frame, of the edge
+    Vec3 back = -Vec3::UnitX();                    // own frame, from the edge to the back
+    double handle = 0;                             // m, its length
+    Isometry frame = Isometry::Identity();         // world from own
+};
+
 class Tools {
   public:
     ToolKind kind() const { return kind_; }
@@ -66,6 +75,8 @@ class Tools {
     void cancel(std::vector<Command>& out);
     bool is_busy() const { return busy_; }
     std::vector<OverlayLine> overlay(const ToolContext& context) const;
+    /// The scalpel or the free blade where the pointer is.
+    std::optional<HandInstrument> instrument(const ToolContext& context) const;
 
     ToolSettingsOfUser settings;
 
@@ -99,8 +110,9 @@ class Tools {
     int next_slot_ = 10;         // of pulls; blades have those below
     int slot_ = 0;
     bool pinned_ = false;
-    Vec3 angles_ = Vec3::Zero();  // rad, of the free blade: roll, pitch, yaw
-    Vec3 shift_ = Vec3::Zero();   // m, of the free blade from the pointer: right, up, towards the eye
+    std::optional<Isometry> scalpel_;  // world from own, where the pointer was over a body last
+    Vec3 angles_ = Vec3::Zero();       // rad, of the free blade: roll, pitch, yaw
+    Vec3 shift_ = Vec3::Zero();        // m, of the free blade from the pointer: right, up, towards the eye
 };
 
 }  // namespace splitcubes::view

@@ -300,6 +300,10 @@ void StateRenderer::add_lines(const Viewer& viewer) {
     };
     for (const OverlayLine& line : viewer.tools().overlay(viewer.context()))
         add(line.points, line.is_active ? active_line : passive_line);
+    // What bodies hide of them is a thin line.
+    for (const OverlayLine& line : viewer.tools().overlay(viewer.context()))
+        add_line(line.points, line.is_active ? active_line : passive_line, 0.35 * line_width,
+                 0.45 * viewer.camera().distance);
     // Ends of pulls are crosses of a size in pixels.
     for (const PullState& pull : viewer.state()->pulls) {
         const double depth = (pull.target - viewer.camera().eye()).dot(viewer.camera().forward());
@@ -354,6 +358,34 @@ void StateRenderer::add_instruments(const PublishedState& state) {
     }
 }
 
+// The past has no hands in it.
+void StateRenderer::add_hand_instrument(const Viewer& viewer) {
+    if (viewer.shows_run() || viewer.scrubbed()) return;
+    const std::optional<HandInstrument> hand = viewer.tools().instrument(viewer.context());
+    if (!hand) return;
+    if (hand_parts_.empty() || hand->kind != hand_.kind || hand->from != hand_.from || hand->to != hand_.to) {
+        scene::ToolDescription tool;
+        tool.name = "hand";
+        tool.blades = {scene::StraightBlade{hand->from, hand->to}};
+        scene::BladeInstrument blade;
+        blade.kind = hand->kind == ToolKind::scalpel ? scene::BladeKind::scalpel : scene::BladeKind::knife;
+        blade.grip = hand->kind == ToolKind::scalpel ? scene::Grip::start : scene::Grip::end;
+        blade.back = hand->back;
+        blade.handle = hand->handle;
+        tool.instrument = blade;
+        scene::KeyframeMotion still;
+        still.keyframes.resize(1);
+        tool.motion = still;
+        hand_parts_ = scene::instrument_parts(tool);
+    }
+    hand_ = *hand;
+    for (const scene::InstrumentPart& part : hand_parts_) {
+        geometry::TriangleMesh mesh = part.mesh;
+        for (Vec3& p : mesh.positions) p = hand->frame * p;
+        render::add_mesh(list_, mesh, part.finish, part.mesh.positions);
+    }
+}
+
 void StateRenderer::make_list(const Viewer& viewer) {
     const PublishedState& state = *viewer.state();
     list_ = {};
@@ -364,6 +396,7 @@ void StateRenderer::make_list(const Viewer& viewer) {
     for (const BodyBuffers& body : bodies_) list_.surfaces.push_back(&body.surface);
     add_colliders(state);
     add_instruments(state);
+    add_hand_instrument(viewer);
     list_.hatch_period = 0.015 * viewer.bounds().size().norm();
     add_lines(viewer);
     add_forces(viewer);

@@ -3,6 +3,7 @@
 
 #include <splitcubes/gl/context.h>
 #include <splitcubes/render/renderer.h>
+#include <splitcubes/scene/instrument.h>
 #include <splitcubes/view/viewer.h>
 
 #include <cstdint>
@@ -70,6 +71,7 @@ class StateRenderer {
     void add_points(const Viewer& viewer);
     void add_colliders(const PublishedState& state);
     void add_instruments(const PublishedState& state);
+    void add_hand_instrument(const Viewer& viewer);
     void make_list(const Viewer& viewer);
 
     const gl::Context& context_;
@@ -80,6 +82,8 @@ class StateRenderer {
     std::vector<NumberLabel> labels_;
     std::map<std::shared_ptr<const SurfacePicture>, std::shared_ptr<const render::Picture>> pictures_;
     std::size_t triangles_ = 0;
+    HandInstrument hand_;  // that the next member is of
+    std::vector<scene::InstrumentPart> hand_parts_;
 };
 
 }  // namespace splitcubes::view
