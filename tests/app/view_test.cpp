@@ -156,8 +156,9 @@ TEST_F(ViewCommand, DisplayChangesThePictureAndNotTheState) {
     std::vector<std::string> pictures = {plain.second};
     for (const std::string& more :
          {set(1, "colouring", 1), set(1, "colouring", 2), set(1, "colouring", 3), set(1, "colouring", 4),
-          set(1, "wireframe", 1), set(1, "phyxels", 1), set(1, "clip", 1), set(1, "shadows", 0),
-          set(1, "panels", 1), key(1, "f1"), event(1, R"("kind":"wheel","value":3)"),
+          set(1, "wireframe", 1), set(1, "phyxels", 1), set(1, "links", 1), set(1, "contacts", 1),
+          set(1, "colouring", 5), set(1, "clip", 1), set(1, "shadows", 0), set(1, "panels", 1), key(1, "f1"),
+          event(1, R"("kind":"wheel","value":3)"),
           event(1, R"("kind":"press","x":9,"y":9,"button":"right")") +
               event(2, R"("kind":"move","x":90,"y":40)")}) {
         const auto shown = picture(more);
@@ -178,6 +179,60 @@ TEST_F(ViewCommand, PicturesCanBeTakenOnTheWay) {
     EXPECT_THAT(ended.out, HasSubstr("step 10, "));
 }
 
+TEST_F(ViewCommand, StrokesAreAcceptedByCutAndRun) {
+    const auto act = [](int frame, const std::string& name, const std::string& file) {
+        return event(frame, R"("kind":"act","name":")" + name + R"(","text":")" + file + "\"");
+    };
+    ASSERT_EQ(run({"surface", "block.json", "-o", "block.ply"}).code, 2) << "of a scene there is none";
+    write_text(
+        folder_ / "box.obj",
+        "v 0 0 0\nv 200 0 0\nv 200 200 0\nv 0 200 0\nv 0 0 100\nv 200 0 100\nv 200 200 100\nv 0 200 100\n"
+        "f 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n");
+    write_text(folder_ / "input.jsonl",
+               begin + drag(5, 330, 20, 330, 460) + act(40, "save_path", "path.json") +
+                   act(40, "save_scene", "cut.json") + act(40, "save_curve", "rate.csv") +
+                   act(40, "save_recording", "all.jsonl"));
+    const Ended ended =
+        run({"view", "box.obj", "--replay-input", "input.jsonl", "--width", "640", "--height", "480"});
+    EXPECT_THAT(ended.out, HasSubstr(" 2 pieces"));
+    const Ended cut = run({"cut", "box.obj", "--path", "path.json", "-o", "cut.ply", "--cells", "24"});
+    EXPECT_EQ(cut.code, 0) << cut.err;
+    EXPECT_THAT(cut.out, HasSubstr("2 pieces"));
+    const Ended ran = run({"run", "cut.json", "-o", "ran", "--set", "bodies[0].phyxel_count=100"});
+    EXPECT_EQ(ran.code, 0) << ran.err;
+    EXPECT_EQ(lines_of(text_of(folder_ / "rate.csv")).size(), 41U);
+    // The run is played back.
+    write_text(folder_ / "input.jsonl", key(0, "space") + set(50, "help", 0));
+    const Ended again = run({"view", "ran", "--replay-input", "input.jsonl"});
+    EXPECT_THAT(again.out, HasSubstr(" 2 pieces"));
+}
+
+TEST_F(ViewCommand, FilmsTheSession) {
+    if (std::system("ffmpeg -version >/dev/null 2>&1") != 0) GTEST_SKIP() << "there is no ffmpeg";
+    write_text(folder_ / "input.jsonl",
+               begin + event(1, R"("kind":"act","name":"record_film","text":"from-now.mp4")") +
+                   event(6, R"("kind":"act","name":"record_film")") +
+                   event(7, R"("kind":"act","name":"save_film","text":"so-far.mp4")"));
+    const Ended ended = run({"view", "block.json", "--replay-input", "input.jsonl", "--film", "panels.mp4",
+                             "--width", "161", "--height", "121"});
+    if (ended.code == 1) GTEST_SKIP() << ended.err;
+    EXPECT_THAT(ended.out, HasSubstr("from-now.mp4, 3 pictures"));
+    EXPECT_THAT(ended.out, HasSubstr("so-far.mp4, 5 pictures"));
+    for (const char* file : {"from-now.mp4", "so-far.mp4", "panels.mp4"})
+        EXPECT_TRUE(fs::exists(folder_ / file)) << file;
+}
+
+TEST_F(ViewCommand, WithoutAFileThereIsTheGallery) {
+    write_text(folder_ / "input.jsonl",
+               key(0, "f1") + event(3, R"("kind":"act","name":"open","text":"block.json")"));
+    const Ended ended =
+        run({"view", "--replay-input", "input.jsonl", "--screenshot", "gallery.png", "--frames", "2"});
+    if (ended.code == 1) GTEST_SKIP() << ended.err;
+    EXPECT_THAT(ended.out, HasSubstr("0 pieces"));
+    EXPECT_TRUE(fs::exists(folder_ / "gallery.png"));
+    EXPECT_THAT(run({"view", "--replay-input", "input.jsonl"}).out, HasSubstr("1 pieces"));
+}
+
 TEST_F(ViewCommand, WrongInputIsOneLine) {
     const auto expect = [&](const Ended& ended, const char* text) {
         EXPECT_EQ(ended.code, 2) << ended.err;
@@ -187,7 +242,7 @@ TEST_F(ViewCommand, WrongInputIsOneLine) {
     expect(replay("what\n"), "input.jsonl:1: is no JSON object");
     expect(replay(set(0, "stickiness", 1)), "there is no parameter 'stickiness'");
     expect(run({"view", "nothing.obj", "--replay-input", "input.jsonl"}), "nothing.obj");
-    expect(run({"view", "--replay-input", "input.jsonl"}), "name a scene or a mesh");
+    expect(run({"view", "--replay-input", "input.jsonl"}), "there is no parameter 'stickiness'");
     expect(run({"view", "block.json", "--replay-input", "none.jsonl"}), "none.jsonl: cannot be read");
 }
 

@@ -8,9 +8,10 @@ export XDG_CONFIG_HOME=$folder/config
 
 fail() { echo "window_test: $1" >&2; cat log >&2 || true; exit 1; }
 
-# run NAME: starts the viewer and waits for its window.
+# start NAME WORD...: starts the viewer and waits for its window.
 start() {
-  "$program" view "$meshes/pear.obj" --width 900 --height 600 --record-input "$1.jsonl" --screenshot "$1.png" >log 2>&1 &
+  shift
+  "$program" view "$@" --width 900 --height 600 >log 2>&1 &
   pid=$!
   for _ in $(seq 200); do
     id=$(xdotool search --onlyvisible --name Splitcubes 2>/dev/null | head -n 1 || true)
@@ -26,7 +27,17 @@ stop() {
   wait "$pid" || fail "the viewer has failed"
 }
 
-start stroke
+# click X Y
+click() {
+  xdotool mousemove "$1" "$2"
+  sleep 0.3
+  xdotool mousedown 1
+  sleep 0.3
+  xdotool mouseup 1
+  sleep 0.3
+}
+
+start stroke "$meshes/pear.obj" --record-input stroke.jsonl --screenshot stroke.png
 xdotool mousemove 450 300 key space
 sleep 0.5
 xdotool mousemove 440 120
@@ -51,14 +62,9 @@ cut=$(replayed stroke.jsonl) uncut=$(replayed uncut.jsonl)
 [[ ${cut%%,*} == "${uncut%%,*}" && $cut != "$uncut" ]] || fail "the stroke does nothing: $cut"
 [[ $(replayed stroke.jsonl) == "$cut" ]] || fail "a replay ends in another state"
 
-start panel
+start panel "$meshes/pear.obj" --record-input panel.jsonl --screenshot panel.png
 # A click on the second tool's button selects it, and does not reach the body.
-xdotool mousemove 180 36
-sleep 0.3
-xdotool mousedown 1
-sleep 0.3
-xdotool mouseup 1
-sleep 0.3
+click 180 36
 xdotool mousemove 450 300
 sleep 0.3
 xdotool click 4
@@ -67,6 +73,24 @@ stop
 grep -q '"kind":"key","name":"2"' panel.jsonl || fail "the button of a tool does nothing"
 if grep -q '"kind":"press"' panel.jsonl; then fail "a click on a panel reached the body"; fi
 grep -q '"kind":"wheel"' panel.jsonl || fail "the wheel does nothing"
+
+# Without a file there is the gallery; its first picture is the liver. A film of what comes is saved.
+export XDG_CACHE_HOME=$folder/cache SPLITCUBES_SCENES=$folder/scenes
+mkdir -p "$folder/scenes/meshes" && cp "$meshes/pear.obj" "$folder/scenes/meshes/" && cp "$meshes/../schema.json" "$folder/scenes/"
+start gallery --record-input gallery.jsonl
+click 110 120
+sleep 2
+xdotool key space
+sleep 1
+xdotool key F11
+sleep 1
+xdotool key F11
+sleep 1
+stop
+grep -q '"kind":"act","name":"open","text":".*pear.obj"' gallery.jsonl || fail "a click in the gallery opens nothing"
+grep -q 'saved .*film-1.mp4' log || fail "no film is saved"
+[[ -s splitcubes-film-1.mp4 ]] || fail "there is no film"
+[[ -n $(find "$folder/cache" -name '*.png') ]] || fail "the gallery keeps no picture"
 
 # A file that is no mesh is said in the window, which goes on.
 echo "no mesh" >wrong.obj

@@ -208,8 +208,11 @@ VideoWriter::VideoWriter(const std::filesystem::path& path, const VideoOptions& 
     impl_->target = link_target(path);
     // ffmpeg derives the format from the extension, so that stays last. The name is short because the video's
     // own name may have the maximum length of the file system.
-    impl_->partial = impl_->target.parent_path() /
-                     (".splitcubes-" + std::to_string(::getpid()) + ".tmp" + path.extension().string());
+    // Several films of a program may lie in one folder.
+    static std::atomic<int> films{0};
+    impl_->partial =
+        impl_->target.parent_path() / (".splitcubes-" + std::to_string(::getpid()) + "-" +
+                                       std::to_string(++films) + ".tmp" + path.extension().string());
     impl_->start();
 }
 

@@ -17,6 +17,7 @@
 #include <array>
 #include <cstdio>
 #include <cstdlib>
+#include <deque>
 #include <fstream>
 #include <functional>
 #include <iostream>
@@ -105,10 +106,19 @@ struct Interface {
     Interface& operator=(const Interface&) = delete;
 };
 
+/// A button over a panel.
+struct PanelClick {
+    double x, y;  // pixels
+    int button;
+    bool is_down;
+};
+
 /// Events as they come, each with its own time: ImGui would keep the last position of a frame only.
 struct EventQueue {
     std::vector<ViewerInput> events;
     std::function<bool(double, double)> is_covered;  // by a panel
+    std::deque<PanelClick> clicks;
+    bool clicks_panel = false;  // the last press was over a panel
     double x = 0, y = 0;
     unsigned modifiers = 0;
 
@@ -169,8 +179,10 @@ void on_move(GLFWwindow* window, double x, double y) {
 void on_button(GLFWwindow* window, int button, int action, int mods) {
     EventQueue& queue = EventQueue::of(window);
     queue.modifiers = modifiers_of(mods);
-    if (button > GLFW_MOUSE_BUTTON_MIDDLE || (action == GLFW_PRESS && queue.is_covered(queue.x, queue.y)))
-        return;
+    if (button > GLFW_MOUSE_BUTTON_MIDDLE) return;
+    if (action == GLFW_PRESS) queue.clicks_panel = queue.is_covered(queue.x, queue.y);
+    if (queue.clicks_panel) queue.clicks.push_back({queue.x, queue.y, button, action == GLFW_PRESS});
+    if (queue.clicks_panel && action == GLFW_PRESS) return;
     const Button which = button == GLFW_MOUSE_BUTTON_RIGHT    ? Button::right
                          : button == GLFW_MOUSE_BUTTON_MIDDLE ? Button::middle
                                                               : Button::left;
@@ -337,6 +349,15 @@ void Session::show_state() {
 void Session::draw_panels() {
     ImGui_ImplOpenGL3_NewFrame();
     ImGui_ImplGlfw_NewFrame();
+    // ImGui would take the pointer from where it is now: one that has gone on clicks elsewhere.
+    if (!queue_.clicks.empty()) {
+        const PanelClick& click = queue_.clicks.front();
+        ImGuiIO& io = ImGui::GetIO();
+        io.MousePos = {static_cast<float>(click.x), static_cast<float>(click.y)};
+        io.MouseDown[click.button] = click.is_down;
+        queue_.clicks.pop_front();
+        still_frames_ = 0;
+    }
     ImGui::NewFrame();
     std::vector<ViewerInput> changes;
     static constexpr std::array<const char*, 3> qualities = {"fine", "without shadows",
@@ -431,7 +452,11 @@ void Session::save_film(const std::string& file) {
 }
 
 void Session::record_film(const std::string& file) {
-    if (film_.is_recording()) return viewer_.notify(film_.stop());
+    if (film_.is_recording()) {
+        viewer_.notify(film_.stop());
+        std::cout << viewer_.notice() << '\n';
+        return;
+    }
     const auto [width, height] = framebuffer_size();
     std::string name = file;
     for (int k = 1; name.empty() || (file.empty() && std::filesystem::exists(name)); ++k)
