@@ -6,6 +6,7 @@
 #include <splitcubes/render/packed_scene.h>
 #include <splitcubes/render/picture.h>
 
+#include <array>
 #include <cstddef>
 #include <string>
 
@@ -22,7 +23,10 @@ struct Programs {
     gl::Program mesh = gl::Program::from_files("mesh.vert", "mesh.frag");
     gl::Program live_shadow = gl::Program::from_files("live.vert", "shadow.frag");
     gl::Program live_surface = gl::Program::from_files("live.vert", "surface.frag");
-    gl::Program live = gl::Program::from_files("live.vert", "live.frag");
+    /// Of surfaces without finishes and pictures, without pictures, and of all.
+    std::array<gl::Program, 3> live = {gl::Program::from_files("live.vert", "live.frag"),
+                                       gl::Program::from_files("live.vert", "live_finished.frag"),
+                                       gl::Program::from_files("live.vert", "live_pictured.frag")};
     gl::Program wire = gl::Program::from_files("live.vert", "wire.frag");
     gl::Program points = gl::Program::from_files("points.vert", "points.frag");
     gl::Program line = gl::Program::from_files("line.vert", "line.frag");

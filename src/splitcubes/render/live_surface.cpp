@@ -135,6 +135,13 @@ const geometry::Box& LiveSurface::bounds() const {
     return impl_->bounds;
 }
 
+int LiveSurface::looks() const {
+    const auto is_there = [](const auto& one) { return one != nullptr; };
+    if (impl_->corner_uv.size() > 0 && std::any_of(style.pictures.begin(), style.pictures.end(), is_there))
+        return 2;
+    return std::any_of(style.finishes.begin(), style.finishes.end(), is_there) ? 1 : 0;
+}
+
 std::size_t LiveSurface::bytes_copied() const {
     return impl_->positions.bytes_copied() + impl_->normals.bytes_copied() + impl_->field.bytes_copied() +
            impl_->pieces.bytes_copied() + impl_->triangles.bytes_copied() + impl_->materials.bytes_copied() +

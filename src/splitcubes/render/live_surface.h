@@ -86,6 +86,8 @@ class LiveSurface {
 
     /// Bounds of the vertices that are used.
     const geometry::Box& bounds() const;
+    /// What its style needs: 0 colours, 1 finishes, 2 pictures, too.
+    int looks() const;
     /// Bytes that were copied to the driver since the surface was made.
     std::size_t bytes_copied() const;
 

@@ -122,9 +122,10 @@ struct Renderer::Impl {
     void draw_shadow(const FrameSetup& frame, const PackedScene& scene, const DrawList& list);
     void draw_surfaces(const FrameSetup& frame, const PackedScene& scene, const DrawList& list);
     void show_everything_lit();
-    /// Those that are opaque, or the others.
-    void draw_live(const Program& program, const FrameSetup& frame, const DrawList& list,
-                   bool veiled = false);
+    /// Those that are opaque, or the others; looks: see LiveSurface, below 0: any.
+    void draw_live(const Program& program, const FrameSetup& frame, const DrawList& list, bool veiled = false,
+                   int looks = -1);
+    void shade_live(const FrameSetup& frame, const DrawList& list, bool veiled);
     void draw_live_surface(const Program& program, const LiveSurface& surface, std::size_t index);
     void set_live_pictures(const Program& program, const LiveSurface& surface);
     void draw_live_colours(const FrameSetup& frame, const DrawList& list);
@@ -284,7 +285,7 @@ void Renderer::Impl::draw_live_surface(const Program& program, const LiveSurface
     program.set("opacity", static_cast<float>(style.opacity));
     program.set("now_ms", static_cast<float>(style.now_ms));
     program.set("age_range_ms", static_cast<float>(style.age_range_ms));
-    set_live_pictures(program, surface);
+    if (&program == &programs.live[2]) set_live_pictures(program, surface);
     glDrawElements(GL_TRIANGLES, static_cast<GLsizei>(3 * surface.impl_->triangles.size()), GL_UNSIGNED_INT,
                    nullptr);
 }
@@ -305,20 +306,33 @@ void set_clip(const Program& program, const FrameSetup& frame, const ClipPlane& 
 
 // Back faces lie slightly behind, as those of meshes.
 void Renderer::Impl::draw_live(const Program& program, const FrameSetup& frame, const DrawList& list,
-                               bool veiled) {
+                               bool veiled, int looks) {
     set_camera(program, frame);
     set_clip(program, frame, list.clip);
     glEnable(GL_CLIP_DISTANCE0);
-    for (std::size_t k = 0; k < list.surfaces.size(); ++k)
-        if ((list.surfaces[k]->style.opacity < 1) == veiled) draw_live_surface(program, *list.surfaces[k], k);
+    for (std::size_t k = 0; k < list.surfaces.size(); ++k) {
+        const LiveSurface& surface = *list.surfaces[k];
+        const bool is_meant = looks < 0 || surface.looks() == looks;
+        if (is_meant && (surface.style.opacity < 1) == veiled) draw_live_surface(program, surface, k);
+    }
     glDisable(GL_CLIP_DISTANCE0);
+}
+
+// By programs that do no more than the surfaces need.
+void Renderer::Impl::shade_live(const FrameSetup& frame, const DrawList& list, bool veiled) {
+    for (int looks = 0; looks < 3; ++looks) {
+        const auto needs = [looks](const LiveSurface* surface) { return surface->looks() == looks; };
+        if (std::none_of(list.surfaces.begin(), list.surfaces.end(), needs)) continue;
+        const Program& program = programs.live[static_cast<std::size_t>(looks)];
+        program.use();
+        set_lighting(program, frame);
+        bind_finishes(program, list);
+        draw_live(program, frame, list, veiled, looks);
+    }
 }
 
 void Renderer::Impl::draw_live_colours(const FrameSetup& frame, const DrawList& list) {
     if (list.surfaces.empty()) return;
-    programs.live.use();
-    set_lighting(programs.live, frame);
-    bind_finishes(programs.live, list);
     glEnable(GL_CULL_FACE);
     glEnable(GL_POLYGON_OFFSET_FILL);
     // Behind a clip plane back faces are not beside front faces, and the ground is close to them.
@@ -326,7 +340,7 @@ void Renderer::Impl::draw_live_colours(const FrameSetup& frame, const DrawList& 
     for (const bool back : {false, true}) {
         glCullFace(back ? GL_FRONT : GL_BACK);
         glPolygonOffset(back ? behind : 0.0F, back ? 4 * behind : 0.0F);
-        draw_live(programs.live, frame, list);
+        shade_live(frame, list, false);
     }
     glDisable(GL_POLYGON_OFFSET_FILL);
     glDisable(GL_CULL_FACE);
@@ -334,19 +348,13 @@ void Renderer::Impl::draw_live_colours(const FrameSetup& frame, const DrawList& 
 
 // Of each surface only what is nearest to the eye lies over the rest of the picture.
 void Renderer::Impl::draw_veils(const FrameSetup& frame, const DrawList& list) {
-    const bool any = std::any_of(list.surfaces.begin(), list.surfaces.end(),
-                                 [](const LiveSurface* surface) { return surface->style.opacity < 1; });
-    if (!any) return;
-    programs.live.use();
-    set_lighting(programs.live, frame);
-    bind_finishes(programs.live, list);
     glColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
-    draw_live(programs.live, frame, list, true);
+    shade_live(frame, list, true);
     glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
     glEnable(GL_BLEND);
     glBlendFunc(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA);
     glDepthFunc(GL_LEQUAL);
-    draw_live(programs.live, frame, list, true);
+    shade_live(frame, list, true);
     glDepthFunc(GL_LESS);
     glDisable(GL_BLEND);
 }
@@ -479,7 +487,9 @@ void Renderer::Impl::draw_picture(const FrameSetup& frame, const PackedScene& sc
     draw_wires(frame, list);
     draw_points(frame, list);
     draw_lines(frame, scene);
-    draw_veils(frame, list);
+    if (std::any_of(list.surfaces.begin(), list.surfaces.end(),
+                    [](const LiveSurface* surface) { return surface->style.opacity < 1; }))
+        draw_veils(frame, list);
     // Samples are averaged as linear light, not as sRGB values.
     glBindFramebuffer(GL_READ_FRAMEBUFFER, screen->picture_target.id());
     glBindFramebuffer(GL_DRAW_FRAMEBUFFER, screen->final_target.id());

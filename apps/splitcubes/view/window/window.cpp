@@ -212,6 +212,26 @@ void on_drop(GLFWwindow* window, int count, const char** files) {
     queue.events.back().text = files[0];
 }
 
+/// Frames and simulated time since the simulation plays.
+struct Pace {
+    double wall = 0, simulated = 0;  // s
+    int frames = 0;
+    double last_wall = -1, last_time = 0;
+
+    void count(const PublishedState& state, double now) {
+        const double time = state.time - last_time;
+        if (last_wall >= 0 && state.playing && time >= 0) {
+            wall += now - last_wall;
+            simulated += time;
+            ++frames;
+        }
+        last_wall = state.playing ? now : -1;
+        last_time = state.time;
+    }
+    double frames_per_second() const { return wall > 0 ? frames / wall : 0; }
+    double real_time_factor() const { return wall > 0 ? simulated / wall : 0; }
+};
+
 /// One session of the window.
 class Session {
   public:
@@ -254,6 +274,7 @@ class Session {
     int frame_ = 0, still_frames_ = 0, pictures_ = 0;
     bool quits_ = false;
     double last_poll_ = 0;
+    Pace pace_;
     std::string film_name_;
     Quality moving_ = Quality::fine;  // of pictures while things move
     double frame_ms_ = 0, interface_ms_ = 0, opengl_seconds_ = 0;
@@ -511,6 +532,7 @@ int Session::run() {
         const double drawn = glfwGetTime();
         go_on_with_film();
         glfwSwapBuffers(window_.get());
+        if (State newest = simulation_.newest()) pace_.count(*newest, glfwGetTime());
         if (viewer_.state()) latencies_.shown(viewer_.state()->commands, glfwGetTime());
         count_frame(begin, drawn);
         if (++frame_ == settings_.frames) break;
@@ -519,8 +541,10 @@ int Session::run() {
     const Spread latency = latencies_.spread();
     if (settings_.frames > 0)
         std::printf(
-            "%d frames, %.1f ms a frame, %.1f ms outside OpenGL, input to picture %.0f ms, worst %.0f ms\n",
-            frame_, frame_ms_, interface_ms_, latency.median, latency.worst);
+            "%d frames, %.1f ms a frame, %.1f ms outside OpenGL, input to picture %.0f ms, worst %.0f ms; "
+            "while playing %.1f frames a second, simulated time at %.3f of real time, quality %d\n",
+            frame_, frame_ms_, interface_ms_, latency.median, latency.worst, pace_.frames_per_second(),
+            pace_.real_time_factor(), static_cast<int>(moving_));
     return settings_.is_interrupted() ? 1 : 0;
 }
 
