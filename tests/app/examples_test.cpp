@@ -95,7 +95,7 @@ TEST_F(Examples, CommandsOfTheReadmeWork) {
 
 // Longer ones are not run, but their input files exist.
 TEST_F(Examples, CommandsOfTheDocumentsNameExistingFiles) {
-    const std::regex input("scenes/[A-Za-z0-9_/]+\\.(json|obj)");
+    const std::regex input("scenes/[A-Za-z0-9_/]+\\.(jsonl?|obj)");
     std::size_t count = 0;
     for (const auto& entry : fs::recursive_directory_iterator(SPLITCUBES_DOCS)) {
         if (entry.path().extension() != ".md") continue;

@@ -30,13 +30,6 @@ std::vector<render::SlotRange> slots_of(const std::vector<Range>& ranges) {
     return out;
 }
 
-// As `render --links`: from blue, seen, over yellow to red, hidden.
-render::Color link_colour(double visibility) {
-    const render::Color seen(0.16, 0.42, 0.72), half(0.96, 0.78, 0.26), hidden(0.80, 0.11, 0.11);
-    return visibility > 0.5 ? render::Color(half + (2 * visibility - 1) * (seen - half))
-                            : render::Color(hidden + 2 * visibility * (half - hidden));
-}
-
 // Materials with labels above them: number of the cut, or ms at which the triangle was cut.
 std::vector<std::int32_t> labelled(const SurfaceTopology& topology, Colouring colouring) {
     std::vector<std::int32_t> out(topology.materials.size());
@@ -73,6 +66,12 @@ double nice_maximum(std::vector<float> values) {
 }
 
 }  // namespace
+
+render::Color link_colour(double visibility) {
+    const render::Color seen(0.16, 0.42, 0.72), half(0.96, 0.78, 0.26), hidden(0.80, 0.11, 0.11);
+    return visibility > 0.5 ? render::Color(half + (2 * visibility - 1) * (seen - half))
+                            : render::Color(hidden + 2 * visibility * (half - hidden));
+}
 
 StateRenderer::StateRenderer(const gl::Context& context) : context_(context) {}
 
@@ -170,6 +169,8 @@ void StateRenderer::update_style(const Viewer& viewer, const PublishedState& sta
                    high};
     } else if (display.colouring == Colouring::age) {
         legend_ = {"Age of the cut, s", display.range > 0 ? display.range : default_age_range, true};
+    } else if (display.links) {
+        legend_ = {"Visibility of links", 1, false, true};
     }
 }
 

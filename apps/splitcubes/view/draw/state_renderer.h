@@ -19,7 +19,10 @@ struct Legend {
     std::string title;      // empty: none
     double high = 1;        // value at the end of the scale, which begins at 0
     bool reversed = false;  // the colours run from the end of the scale to its beginning
+    bool is_of_links = false;
 };
+/// Colour of a link, sRGB, as `render --links` has it: from blue, seen, over yellow to red, hidden.
+render::Color link_colour(double visibility);
 
 /// A number at a point of the picture.
 struct NumberLabel {

@@ -327,7 +327,8 @@ void Panels::legend(const Legend& legend) {
     const float band = (width - em(1.3)) / bands;
     for (int k = 0; k < bands; ++k) {
         const double share = static_cast<double>(k) / (bands - 1);
-        const Vec3 c = render::scale_colour(legend.reversed ? 1 - share : share);
+        const Vec3 c = legend.is_of_links ? Vec3(link_colour(share))
+                                          : render::scale_colour(legend.reversed ? 1 - share : share);
         ImGui::GetWindowDrawList()->AddRectFilled({at.x + band * static_cast<float>(k), at.y},
                                                   {at.x + band * static_cast<float>(k + 1), at.y + em(0.9)},
                                                   IM_COL32(255 * c.x(), 255 * c.y(), 255 * c.z(), 255));
