@@ -154,7 +154,9 @@ TEST(WriteMesh, TheCheckOfGlbFindsFaults) {
     const TemporaryFolder folder;
     write_mesh(folder.path() / "a.glb", textured_surface(1));
     const std::string sound = folder.content("a.glb");
-    const auto [json, binary] = parts_of_glb(sound);
+    const auto parts = parts_of_glb(sound);
+    const nlohmann::json& json = parts.first;
+    const std::string& binary = parts.second;
     const auto faults_with = [&](const char* path, const nlohmann::json& value) {
         nlohmann::json changed = json;
         changed[nlohmann::json::json_pointer(path)] = value;
