@@ -119,6 +119,7 @@ void Surface::take_in(const NodeGrid& grid, std::span<const std::int32_t> new_sl
         settle_faces(grid, touched_[i]);
         check();
     }
+    settle_small_pieces(grid);
 }
 
 void Surface::touch_cells_around(const NodeGrid& grid, const GridEdge& edge) {
@@ -127,11 +128,7 @@ void Surface::touch_cells_around(const NodeGrid& grid, const GridEdge& edge) {
         Vec3i node = edge.node;
         node[u] -= 1 - (k & 1);
         node[v] -= 1 - (k >> 1);
-        if (!grid.has_cell(node)) continue;
-        const std::uint32_t cell = cell_at(node);
-        if (cell_stamp_[cell] == revision_) continue;
-        cell_stamp_[cell] = revision_;
-        touched_.push_back(cell);
+        if (grid.has_cell(node)) touch(cell_at(node));
     }
 }
 
@@ -273,7 +270,7 @@ void Surface::update_face_vertices(const NodeGrid& grid, int face, Face& record,
         if (vertex < 0)
             vertex = static_cast<std::int32_t>(new_vertex(VertexKind::face, node, axis, instance));
         SurfaceVertex& out = vertices_[static_cast<std::size_t>(vertex)];
-        out.rest = face_rest(grid.rest(), node, axis, record.position);
+        place(vertex, face_rest(grid.rest(), node, axis, record.position));
         set_nodes(out, context.cell, face_corners(face, instance, configuration));
         Vec3 normal = Vec3::Zero();
         for (std::size_t k = 0; k < 4; ++k) {
@@ -300,7 +297,7 @@ bool Surface::centre_of_face(const SurfaceCell& cell, int face, Vec3& centre) co
     }
     for (std::size_t fan = 0; fan < cell.fan_count; ++fan)
         if (configuration.fan_group[fan] == group && cell.centre[fan] >= 0) {
-            centre = vertices_[static_cast<std::size_t>(cell.centre[fan])].rest;
+            centre = wanted_rest(cell.centre[fan]);
             return true;
         }
     return false;
@@ -330,14 +327,10 @@ void Surface::settle_faces(const NodeGrid& grid, std::uint32_t cell) {
         bool moved = false;
         for (const std::int32_t index : record.vertex) {
             if (index < 0) continue;
-            SurfaceVertex& vertex = vertices_[static_cast<std::size_t>(index)];
-            moved = moved || vertex.rest != rest;
-            vertex.rest = rest;
+            moved = moved || wanted_rest(index) != rest;
+            place(index, rest);
         }
-        const auto other = static_cast<std::uint32_t>(face & 1 ? high : low);
-        if (!moved || cell_stamp_[other] == revision_) continue;
-        cell_stamp_[other] = revision_;
-        touched_.push_back(other);
+        if (moved) touch(static_cast<std::uint32_t>(face & 1 ? high : low));
     }
 }
 
@@ -388,6 +381,7 @@ void Surface::update_fans(const NodeGrid& grid, const CellContext& context) {
             kept[static_cast<std::size_t>(same - names.begin())] = cell.centre[k];
         } else {
             vertices_[static_cast<std::size_t>(cell.centre[k])].corners = 0;
+            wanted_.erase(cell.centre[k]);
             free_vertices_.push_back(static_cast<std::uint32_t>(cell.centre[k]));
             --alive_count_;
         }
@@ -404,8 +398,9 @@ void Surface::update_fans(const NodeGrid& grid, const CellContext& context) {
             cell.centre[fan] =
                 static_cast<std::int32_t>(new_vertex(VertexKind::centre, cell.lowest_node, 0, names[fan]));
         SurfaceVertex& v = vertices_[static_cast<std::size_t>(cell.centre[fan])];
-        v.rest = grid.rest().origin + grid.rest().cell_size * (cell.lowest_node.cast<double>() +
-                                                               positions[configuration.fan_group[fan]]);
+        place(cell.centre[fan],
+              grid.rest().origin + grid.rest().cell_size * (cell.lowest_node.cast<double>() +
+                                                            positions[configuration.fan_group[fan]]));
         set_nodes(v, context.cell, configuration.fan_corners[fan]);
     }
 }

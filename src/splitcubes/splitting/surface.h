@@ -12,6 +12,7 @@
 #include <bit>
 #include <cstdint>
 #include <span>
+#include <unordered_map>
 #include <vector>
 
 namespace splitcubes::splitting {
@@ -112,6 +113,10 @@ class Surface {
         bool smooth = true;  // see FacePlacement
     };
     struct CellContext;
+    struct Choice;
+    struct Cone {
+        double least = 0, settled = 0;
+    };
 
     Surface(const NodeGrid& grid, const Parallel* watched);
     void take_in(const NodeGrid& grid, std::span<const std::int32_t> new_slots, const Parallel* watched);
@@ -133,6 +138,16 @@ class Surface {
     void reserve_quads(SurfaceCell& cell, std::size_t count);
     bool centre_of_face(const SurfaceCell& cell, int face, Vec3& centre) const;
     void settle_faces(const NodeGrid& grid, std::uint32_t cell);
+    void touch(std::uint32_t cell);
+
+    Vec3 wanted_rest(std::int32_t vertex) const;
+    void place(std::int32_t vertex, const Vec3& rest);
+    Choice face_choice(const RestGrid& rest, const SurfaceCell& cell, int face) const;
+    Choice centre_choice(const RestGrid& rest, const SurfaceCell& cell, int fan) const;
+    Cone cone(const NodeGrid& grid, const Vec3i& lowest, int corner, int axis) const;
+    bool stays_positive(const NodeGrid& grid, const std::vector<Vec3i>& nodes) const;
+    void settle_cell(const NodeGrid& grid, std::uint32_t cell);
+    void settle_small_pieces(const NodeGrid& grid);
 
     enum Channel { face_x = 0, face_y = 1, face_z = 2, cell_channel = 3, node_channel = 4 };
     SlotMap<5> slots_;
@@ -146,6 +161,9 @@ class Surface {
     std::vector<std::uint32_t> free_vertices_;
     std::vector<std::uint32_t> touched_;     // scratch of retessellate
     std::vector<std::uint64_t> cell_stamp_;  // per cell: last revision that touched it
+    std::unordered_map<std::int32_t, Vec3> wanted_;  // of moved vertices: where they would lie, m
+    std::vector<std::uint8_t> is_settled_;           // per node: the vertices of its piece are moved
+    std::vector<std::uint64_t> piece_stamp_;         // scratch of settle_small_pieces, per node
     std::size_t quad_count_ = 0;
     std::size_t alive_count_ = 0;
     std::uint64_t revision_ = 0;

@@ -36,6 +36,15 @@ inline constexpr double corner_widening = 1.0;
 inline constexpr double grazing_cosine = 0.05;
 /// The same where a cell's crossings are gathered.
 inline constexpr double grazing_edge_cosine = 0.05;
+/// Nodes, 8 to 512, up to which a piece counts as small: its vertices are moved into their faces and cells
+/// where they could turn it inside out. Larger takes time; smaller lets larger pieces turn inside out.
+inline constexpr std::size_t small_piece_nodes = 64;
+/// Share, 0 to 0.5, of the volume that a small piece has with moved vertices, below which they are moved.
+/// Larger moves those of more pieces; smaller leaves thinner ones.
+inline constexpr double least_share = 0.1;
+/// Cells, 0 to 0.2, between a moved vertex and the rim of its face or cell. Larger is rounder; smaller leaves
+/// pieces without volume.
+inline constexpr double settled_inset = 0.05;
 
 }  // namespace placement
 
