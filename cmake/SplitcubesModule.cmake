@@ -105,6 +105,7 @@ set(SPLITCUBES_TEST_PARTS_fracture 2)
 set(SPLITCUBES_TEST_PARTS_world 6)
 set(SPLITCUBES_TEST_PARTS_laws 4)
 set(SPLITCUBES_TEST_PARTS_app 4)
+set(SPLITCUBES_TEST_PARTS_view 3)
 
 function(splitcubes_tests name)
   file(GLOB sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/*.cpp)

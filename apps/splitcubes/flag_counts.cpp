@@ -3,13 +3,15 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <cstdlib>
 #include <sstream>
 
 namespace splitcubes::app {
 
 namespace {
 
-constexpr double often = 0.1;  // of the steps
+constexpr double often = 0.1;          // of the steps
+constexpr double much_removed = 0.01;  // of the largest energy
 
 struct Advice {
     body::Flag flag;
@@ -54,8 +56,10 @@ std::size_t column_of(const std::string& head, const std::string& name) {
 
 }  // namespace
 
-void FlagCounts::add(std::uint32_t flags) {
+void FlagCounts::add(std::uint32_t flags, double energy_removed, double energy) {
     ++steps_;
+    energy_removed_ += energy_removed;
+    largest_energy_ = std::max(largest_energy_, energy);
     for (std::size_t bit = 0; bit < flag_count; ++bit) counts_[bit] += flags >> bit & 1U;
 }
 
@@ -63,13 +67,17 @@ void FlagCounts::add_table(const std::string& metrics) {
     std::istringstream in(metrics);
     std::string row;
     if (!std::getline(in, row)) return;
-    const std::size_t column = column_of(row, "flags");
+    const std::size_t column = column_of(row, "flags"), removed = column_of(row, "energy_removed"),
+                      kinetic = column_of(row, "kinetic_energy"), elastic = column_of(row, "elastic_energy");
+    const auto number = [&](std::size_t of_column) {
+        return std::strtod(field(row, of_column).c_str(), nullptr);
+    };
     while (std::getline(in, row)) {
         const std::string text = '|' + field(row, column) + '|';
         std::uint32_t flags = 0;
         for (std::size_t bit = 0; bit < flag_count; ++bit)
             if (text.find('|' + name_of(bit) + '|') != std::string::npos) flags |= std::uint32_t{1} << bit;
-        add(flags);
+        add(flags, number(removed), number(kinetic) + number(elastic));
     }
 }
 
@@ -79,17 +87,26 @@ nlohmann::ordered_json FlagCounts::json() const {
     return out;
 }
 
+std::string FlagCounts::amount_removed() const {
+    std::ostringstream out;
+    out.precision(3);
+    out << " (" << energy_removed_ << " J in all; the largest energy was " << largest_energy_ << " J)";
+    return out.str();
+}
+
 std::vector<std::string> FlagCounts::notes() const {
     std::vector<std::string> out;
     for (const Advice& advice : advices)
         for (std::size_t bit = 0; bit < flag_count; ++bit) {
             if (advice.flag != std::uint32_t{1} << bit) continue;
             const auto count = static_cast<double>(counts_[bit]), steps = static_cast<double>(steps_);
-            if (!(count > often * steps)) continue;
-            out.push_back(name_of(bit) + " in " + std::to_string(counts_[bit]) + " of " +
-                          std::to_string(steps_) + " steps (" +
-                          std::to_string(static_cast<int>(100 * count / steps + 0.5)) +
-                          " %): " + advice.meaning + "; " + advice.remedy);
+            const bool is_energy = advice.flag == body::flag_energy_excess;
+            const bool much = is_energy && energy_removed_ > much_removed * largest_energy_;
+            if (!(count > often * steps) && !much) continue;
+            out.push_back(
+                name_of(bit) + " in " + std::to_string(counts_[bit]) + " of " + std::to_string(steps_) +
+                " steps (" + std::to_string(static_cast<int>(100 * count / steps + 0.5)) +
+                " %): " + advice.meaning + (is_energy ? amount_removed() : "") + "; " + advice.remedy);
         }
     return out;
 }

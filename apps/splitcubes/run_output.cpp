@@ -101,7 +101,7 @@ RunOutput::RunOutput(OutputFolder& folder, const scene::SceneDescription& descri
 RunOutput::~RunOutput() = default;
 
 void RunOutput::add_metrics(const body::StepReport& r, int frame) {
-    flags_.add(r.flags);
+    flags_.add(r.flags, r.solver.energy_removed, r.totals.kinetic_energy + r.totals.elastic_energy);
     std::ostringstream row;
     row.imbue(std::locale::classic());
     row.precision(9);

@@ -30,7 +30,8 @@ std::vector<double> volumes_of(const NodeGrid& grid, const Surface& surface) {
 TriangleMesh sheet_through(Random& random, const Vec3& centre) {
     const double wavelength = random.uniform(0.2, 0.8);
     switch (random.below(3)) {
-        case 0: return geometry::make_plane_sheet(centre, random_direction(random), 2, 1);
+        case 0:
+            return geometry::make_plane_sheet(centre, random_direction(random), 2, 1);
         case 1:
             return geometry::make_plane_sheet(centre, random_direction(random), random.uniform(0.1, 0.6), 1);
         default:

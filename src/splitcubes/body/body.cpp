@@ -67,9 +67,6 @@ Body::Body(const geometry::TriangleMesh& placed, const BodySettings& settings, c
     samples_.place(sample_context(parallel),
                    {settings_.name, settings_.phyxel_spacing, settings_.phyxel_count, settings_.velocity,
                     settings_.angular_velocity});
-    if (settings_.tearing)
-        tearing_ = std::make_unique<Tearing>(*settings_.tearing, settings_.material, grid_, samples_.phyxels,
-                                             samples_.neighbourhoods);
     if (settings_.deformation) {
         const std::vector<double>& mass = samples_.phyxels.mass;
         const LatticeNodeMotion::InitialMotion initial{std::accumulate(mass.begin(), mass.end(), 0.0),
@@ -81,7 +78,11 @@ Body::Body(const geometry::TriangleMesh& placed, const BodySettings& settings, c
     } else {
         motion_ = std::make_unique<PhyxelNodeMotion>(grid_.bricks(), samples_.phyxels,
                                                      samples_.previous_deformation);
+        sample_small_parts(parallel);
     }
+    if (settings_.tearing)
+        tearing_ = std::make_unique<Tearing>(*settings_.tearing, settings_.material, grid_, samples_.phyxels,
+                                             samples_.neighbourhoods);
     parallel.begin("body '" + settings_.name + "': boundary");
     surface_motion_.track_nodes(grid_, *surface_, motion_->tracker());
     const StepContext at_rest{0, 0, Vec3::Zero(), {}, {}, {}, parallel};

@@ -53,19 +53,35 @@ void Body::resample(const StepContext& context, TopologyChange& change, StepRepo
     if (context.dt > 0)
         held =
             boundary_.held_among(samples_.phyxels.rest_position, context.time - context.dt, context.parallel);
-    body::resample(sample_context(context.parallel), motion_->tracker(), held, samples_, change);
+    body::resample(sample_context(context.parallel), *surface_, motion_->tracker(), held, samples_, change);
     if (change.new_phyxels > 0) boundary_.forget_phyxels();
     report.counts.new_phyxels += change.new_phyxels;
 }
 
-void Body::rebuild_neighbourhoods(const StepContext& context, TopologyChange& change) {
-    motion_->edges_cut(grid_, change.crossings);
+// Gives phyxels to the parts of the input that are too small to have got one.
+void Body::sample_small_parts(const Parallel& parallel) {
+    TopologyChange change;
+    const std::vector<std::size_t> count = samples_.count_by_piece(pieces_->count());
+    for (std::size_t piece = 0; piece < count.size(); ++piece)
+        if (count[piece] == 0)
+            change.splits.push_back({static_cast<std::int32_t>(piece), static_cast<std::int32_t>(piece)});
+    if (change.splits.empty()) return;
+    body::resample(sample_context(parallel), *surface_, motion_->tracker(), {}, samples_, change);
+    update_links(parallel, change);
+}
+
+void Body::update_links(const Parallel& parallel, TopologyChange& change) {
     if (!change.dirty_pairs.empty())
         samples_.neighbourhoods.update(samples_.phyxels, samples_.pairs, change.dirty_pairs,
-                                       settings_.material, context.parallel);
+                                       settings_.material, parallel);
     if (change.volumes_changed)
-        samples_.neighbourhoods.refresh_volumes(samples_.phyxels, settings_.material, context.parallel);
+        samples_.neighbourhoods.refresh_volumes(samples_.phyxels, settings_.material, parallel);
     change.dirty_pairs.clear();
+}
+
+void Body::rebuild_neighbourhoods(const StepContext& context, TopologyChange& change) {
+    motion_->edges_cut(grid_, change.crossings);
+    update_links(context.parallel, change);
     motion_->tracker().let_sleep();
     motion_->tracker().refresh(tracker_context(context.parallel));
 }

@@ -215,7 +215,7 @@ void ElasticSamples::save_rigid(StateWriter& writer) const {
 
 // Mass and inertia are recomputed from the piece's nodes.
 void ElasticSamples::load_rigid(const SampleContext& context, StateReader& reader) {
-    constexpr std::uint32_t max_points = 26;
+    constexpr std::uint32_t max_points = 4096;
     phyxels.rigid = {};
     const std::size_t count = reader.count(4 + 27 * sizeof(double));
     std::vector<std::vector<std::uint32_t>> nodes(count == 0 ? 0 : context.pieces.count());

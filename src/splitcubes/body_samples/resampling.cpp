@@ -1,6 +1,7 @@
 #include <splitcubes/body_samples/elastic_samples.h>
 #include <splitcubes/body_samples/material_nodes.h>
 #include <splitcubes/body_samples/resampling.h>
+#include <splitcubes/body_samples/rigid_outline.h>
 #include <splitcubes/body_samples/topology_change.h>
 #include <splitcubes/body_samples/tuning.h>
 #include <splitcubes/elasticity/elasticity.h>
@@ -27,25 +28,17 @@ std::vector<std::int32_t> families_of(std::span<const splitting::PieceSplit> spl
     return family;
 }
 
-// Extent of a node's material down and up each axis, in cells: up to the crossing, boundary or cut, if the
-// edge has one, else half way to the next node.
-std::pair<Vec3, Vec3> node_reach(const splitting::NodeGrid& grid, const Vec3i& node) {
-    Vec3 low = Vec3::Constant(0.5), high = low;
-    for (int axis = 0; axis < 3; ++axis) {
-        const std::int32_t above = grid.slot({node, axis});
-        if (above >= 0) high[axis] = grid.crossing(above).parameter;
-        const std::int32_t below = grid.slot({node - Vec3i::Unit(axis), axis});
-        if (below >= 0) low[axis] = 1 - grid.crossing(below).parameter;
-    }
-    return {low, high};
-}
-
 // Resamples the pieces of one step's splits; see resample.
 class Resampler {
   public:
-    Resampler(const SampleContext& context, const NodeTracker& tracker, std::span<const std::uint8_t> held,
-              ElasticSamples& samples, TopologyChange& change)
-        : context_(context), tracker_(tracker), held_(held), samples_(samples), change_(change) {}
+    Resampler(const SampleContext& context, const splitting::Surface& surface, const NodeTracker& tracker,
+              std::span<const std::uint8_t> held, ElasticSamples& samples, TopologyChange& change)
+        : context_(context),
+          surface_(surface),
+          tracker_(tracker),
+          held_(held),
+          samples_(samples),
+          change_(change) {}
     void run();
 
   private:
@@ -77,6 +70,7 @@ class Resampler {
     void make_rigid(std::span<const std::vector<std::uint32_t>> nodes, std::span<const Kind> kinds);
 
     const SampleContext& context_;
+    const splitting::Surface& surface_;
     const NodeTracker& tracker_;
     std::span<const std::uint8_t> held_;  // per phyxel of the last step
     ElasticSamples& samples_;
@@ -264,7 +258,9 @@ meshless::RigidPiece Resampler::initial_rigid_piece(std::int32_t piece,
             held.push_back(one);
         }
     }
-    const meshless::Momenta sum = meshless::together(held);
+    meshless::Momenta sum = meshless::together(held);
+    // A part of the input may lie beyond the reach of all phyxels.
+    if (!(sum.mass > 0)) sum = meshless::total_momenta(samples_.phyxels);
     // About axes around which the phyxels hardly spread, their velocities determine no rotation.
     const double min_inertia = 0.01 * sum.mass * edge * edge;
     const Vec3 rotation_rate = meshless::angular_velocity(sum.inertia, sum.angular_momentum, min_inertia);
@@ -273,33 +269,13 @@ meshless::RigidPiece Resampler::initial_rigid_piece(std::int32_t piece,
     return body;
 }
 
-// Returns the contact points of a rigid piece: the extreme corners of its nodes' boxes in 26 directions; m,
-// in its own frame.
+// Returns the contact points of a rigid piece; m, in its own frame.
 std::vector<Vec3> Resampler::contact_points(const meshless::RigidPiece& body,
                                             std::span<const std::uint32_t> nodes) const {
-    std::vector<Vec3> corners;
-    const double h = context_.grid.rest().cell_size;
-    for (const std::uint32_t n : nodes) {
-        const auto [low, high] = node_reach(context_.grid, context_.nodes.node[n]);
-        for (int c = 0; c < 8; ++c) {
-            Vec3 offset;
-            for (int k = 0; k < 3; ++k) offset[k] = (c >> k & 1) != 0 ? high[k] : -low[k];
-            corners.push_back(body.shape * (context_.nodes.rest_position[n] + h * offset - body.rest_centre));
-        }
-    }
-    std::vector<std::size_t> outer;
-    for (int d = 0; d < 27; ++d) {
-        const Vec3 direction(d % 3 - 1, d / 3 % 3 - 1, d / 9 - 1);
-        if (direction.isZero(0)) continue;
-        std::size_t best = 0;
-        for (std::size_t c = 1; c < corners.size(); ++c)
-            if (direction.dot(corners[c]) > direction.dot(corners[best])) best = c;
-        outer.push_back(best);
-    }
-    std::sort(outer.begin(), outer.end());
-    outer.erase(std::unique(outer.begin(), outer.end()), outer.end());
-    std::vector<Vec3> points;
-    for (const std::size_t c : outer) points.push_back(corners[c]);
+    std::vector<Vec3i> grid_nodes;
+    for (const std::uint32_t n : nodes) grid_nodes.push_back(context_.nodes.node[n]);
+    std::vector<Vec3> points = rigid_outline(context_.grid, surface_, grid_nodes);
+    for (Vec3& point : points) point = body.shape * (point - body.rest_centre);
     return points;
 }
 
@@ -500,6 +476,9 @@ void Resampler::run() {
     for (std::size_t k = 0; k < nodes.size(); ++k)
         if (!nodes[k].empty() && samples_.phyxels.rigid.index(samples_.lumping.piece[nodes[k].front()]) >= 0)
             elastic_family[k] = -1;
+    // Parts that had no phyxels have no momentum to conserve.
+    for (const splitting::PieceSplit& split : change_.splits)
+        if (split.parent == split.piece) elastic_family[static_cast<std::size_t>(split.piece)] = -1;
     const meshless::SplitMomentum split_momentum(samples_.phyxels, elastic_family, held_);
     fill_pieces(nodes, kinds);
     for (std::size_t k = 0; k < nodes.size(); ++k)
@@ -522,9 +501,9 @@ void Resampler::run() {
 
 }  // namespace
 
-void resample(const SampleContext& context, const NodeTracker& tracker, std::span<const std::uint8_t> held,
-              ElasticSamples& samples, TopologyChange& change) {
-    Resampler(context, tracker, held, samples, change).run();
+void resample(const SampleContext& context, const splitting::Surface& surface, const NodeTracker& tracker,
+              std::span<const std::uint8_t> held, ElasticSamples& samples, TopologyChange& change) {
+    Resampler(context, surface, tracker, held, samples, change).run();
 }
 
 }  // namespace splitcubes::body

@@ -62,4 +62,20 @@ inline constexpr int max_bridge_detour = 2;
 
 }  // namespace resampling
 
+/// Contact points of rigid pieces (rigid_outline.cpp). Lengths in cells.
+namespace outline {
+
+/// Directions in which outermost vertices are searched, 26 to 500. More cost time and points; fewer round
+/// corners off.
+inline constexpr int direction_count = 256;
+/// Distance between outermost points, 0 to 0.3, below which one stands for both.
+inline constexpr double min_spacing = 0.05;
+/// Distance of other points from those that are taken, 0.3 to 2. Smaller takes more points; larger lets
+/// round obstacles enter flat faces.
+inline constexpr double spacing = 0.7;
+/// Depth below the outermost vertex up to which a vertex counts as on the hull, 0.01 to 0.2.
+inline constexpr double hull_depth = 0.05;
+
+}  // namespace outline
+
 }  // namespace splitcubes::body::tuning

@@ -84,6 +84,8 @@ class Surface {
     std::size_t quad_slot_count() const { return quads_.size(); }
 
     const std::vector<SurfaceCell>& cells() const { return cells_; }
+    /// Returns the index of the cell with this lowest node, which is in the grid; -1 if it has no surface.
+    std::int32_t find_cell(const Vec3i& lowest_node) const { return slots_.get(lowest_node, cell_channel); }
     const std::vector<SurfaceVertex>& vertices() const { return vertices_; }
     std::span<const SurfaceQuad> quads(const SurfaceCell& cell) const {
         return {quads_.data() + cell.first_quad, cell.quad_count};
@@ -144,9 +146,16 @@ class Surface {
     void place(std::int32_t vertex, const Vec3& rest);
     Choice face_choice(const RestGrid& rest, const SurfaceCell& cell, int face) const;
     Choice centre_choice(const RestGrid& rest, const SurfaceCell& cell, int fan) const;
-    Cone cone(const NodeGrid& grid, const Vec3i& lowest, int corner, int axis) const;
-    bool stays_positive(const NodeGrid& grid, const std::vector<Vec3i>& nodes) const;
+    bool others_are_weak(const SurfaceCell& cell, unsigned corners, const std::vector<Vec3i>& own) const;
+    Cone cone(const NodeGrid& grid, const Vec3i& lowest, int corner, int axis, double share, bool all_move,
+              const std::vector<Vec3i>& own) const;
+    bool stays_positive(const NodeGrid& grid, const std::vector<Vec3i>& nodes, double share,
+                        bool all_move) const;
+    bool settle(const RestGrid& rest, const SurfaceCell& cell, std::int32_t vertex, double share,
+                const Choice& choice);
     void settle_cell(const NodeGrid& grid, std::uint32_t cell);
+    void set_piece_state(const NodeGrid& grid, const std::vector<Vec3i>& nodes, std::uint8_t state,
+                         std::uint64_t stamp, std::vector<std::uint32_t>& cells);
     void settle_small_pieces(const NodeGrid& grid);
 
     enum Channel { face_x = 0, face_y = 1, face_z = 2, cell_channel = 3, node_channel = 4 };
@@ -159,10 +168,10 @@ class Surface {
     std::array<std::vector<std::uint32_t>, 25> free_quads_;  // per capacity: first quads of freed ranges
     std::vector<Vec3i> nodes_;
     std::vector<std::uint32_t> free_vertices_;
-    std::vector<std::uint32_t> touched_;     // scratch of retessellate
-    std::vector<std::uint64_t> cell_stamp_;  // per cell: last revision that touched it
+    std::vector<std::uint32_t> touched_;             // scratch of retessellate
+    std::vector<std::uint64_t> cell_stamp_;          // per cell: last revision that touched it
     std::unordered_map<std::int32_t, Vec3> wanted_;  // of moved vertices: where they would lie, m
-    std::vector<std::uint8_t> is_settled_;           // per node: the vertices of its piece are moved
+    std::vector<std::uint8_t> piece_state_;          // per node: state of its piece
     std::vector<std::uint64_t> piece_stamp_;         // scratch of settle_small_pieces, per node
     std::size_t quad_count_ = 0;
     std::size_t alive_count_ = 0;

@@ -1,14 +1,17 @@
 // Positions of the vertices of small pieces. Where sheets meet, vertices may lie outside their face or cell,
-// and a piece of a few nodes may turn inside out. A piece for which this cannot be excluded has all its
-// vertices moved into their faces and cells, where its volume is positive.
+// and a piece of a few nodes may turn inside out. Such a piece has all its vertices moved towards positions
+// within their faces and cells, where its volume is positive, as far as that needs.
 //
 // The volume of a piece is a sum over its nodes n, the edges e at n, whole or cut, and the cells c around e.
 // Each term is the cone from n to the part of the edge's dual face in c: t / 3 times the area of that part,
-// projected along e. t is the distance from n to the vertex on e, or half of a whole edge. The parts of a dual
-// face fit together at points that both ends share, so the terms add up to the volume. With vertices in their
-// faces and cells no term is negative. A term is smallest for some choice between the wanted and the moved
-// positions of its vertices. If the sum of these smallest terms is positive, so is the volume, whichever
-// vertices the neighbours of the piece move.
+// projected along e. t is the distance from n to the vertex on e, or half of a whole edge. The parts of a
+// dual face fit together at points that both ends share, so the terms add up to the volume. With vertices in
+// their faces and cells no term is negative. A term is linear in each vertex, so of all positions on the ways
+// of its vertices it is smallest at an end of each. The sum of these smallest terms is a lower bound.
+//
+// A piece is weak if its volume may not be positive for some positions of all its vertices on their ways. It
+// moves its vertices so far that its volume is positive wherever other weak pieces move those that they
+// share. Both depend on the piece and its neighbours alone, so the order of cuts does not matter.
 #include <splitcubes/splitting/small_piece.h>
 #include <splitcubes/splitting/surface.h>
 #include <splitcubes/splitting/tuning.h>
@@ -21,8 +24,23 @@ namespace splitcubes::splitting {
 
 namespace {
 
+// State of the piece of a node: whether it is weak, and how far its vertices are moved, in levels.
+constexpr std::uint8_t is_weak = 128, level_bits = 127;
+constexpr int max_level = 21;
+
+// Returns the share of the way that vertices are moved: 0, then 2^-20 to 1.
+double share_of(int level) {
+    return level == 0 ? 0 : std::ldexp(1.0, level - max_level);
+}
+
 double cross(const Vec2& a, const Vec2& b) {
     return a[0] * b[1] - a[1] * b[0];
+}
+
+unsigned corners_of(int face) {
+    unsigned out = 0;
+    for (int k = 0; k < 4; ++k) out |= 1U << face_corner(face, k);
+    return out;
 }
 
 Vec3 into_cell(const Vec3& in_cell) {
@@ -52,11 +70,16 @@ int fan_at(CellMask mask, int face, int corner) {
 
 }  // namespace
 
-// A vertex, relative to its cell's lowest corner, in cells: where it is wanted, and moved into its face or
-// cell.
+// A vertex, relative to its cell's lowest corner, in cells: where it is wanted, and the end of its way, in
+// its face or cell.
 struct Surface::Choice {
     Vec3 wanted = Vec3::Constant(0.5);
     Vec3 settled = Vec3::Constant(0.5);
+
+    /// Returns a point on the way between both; at 0 the wanted one, to the last bit.
+    Vec3 at(double share) const {
+        return share == 0 ? wanted : share == 1 ? settled : Vec3(wanted + share * (settled - wanted));
+    }
 };
 
 Vec3 Surface::wanted_rest(std::int32_t vertex) const {
@@ -98,9 +121,44 @@ Surface::Choice Surface::centre_choice(const RestGrid& rest, const SurfaceCell& 
     return out;
 }
 
-// Returns the smallest term of the edge along `axis` at a corner of a cell, and the one with all vertices
-// moved; cells^3.
-Surface::Cone Surface::cone(const NodeGrid& grid, const Vec3i& lowest, int corner, int axis) const {
+namespace {
+
+// A vertex as an edge sees it, along the edge and with the node as origin.
+struct Projected {
+    Vec2 own;      // where its piece moves it
+    Vec2 settled;  // the end of its way
+    Vec2 other;    // the end of its way if others may move it, else as `own`
+};
+
+// Part of a dual face between a face (k = 0, 1 in the order around the edge) and the middle of the cell.
+double part_area(int k, const Vec2& face, const Vec2& centre) {
+    const Vec2 middle(0.5, 0.5);
+    return k == 0 ? cross(face, centre) + cross(centre, middle) : cross(centre, face) + cross(middle, centre);
+}
+
+double least_part_area(int k, const Projected& face, const Vec2& centre) {
+    return std::min(part_area(k, face.own, centre), part_area(k, face.other, centre));
+}
+
+}  // namespace
+
+// Whether a corner of the cell belongs to a weak piece other than that of the nodes `own`.
+bool Surface::others_are_weak(const SurfaceCell& cell, unsigned corners,
+                              const std::vector<Vec3i>& own) const {
+    for (; corners != 0; corners &= corners - 1) {
+        const int corner = std::countr_zero(corners);
+        const std::int32_t node = cell.node[static_cast<std::size_t>(corner)];
+        if (node < 0 || !(piece_state_[static_cast<std::size_t>(node)] & is_weak)) continue;
+        if (std::find(own.begin(), own.end(), corner_node(cell.lowest_node, corner)) == own.end())
+            return true;
+    }
+    return false;
+}
+
+// Returns the terms of the edge along `axis` at a corner of a cell, whose node belongs to the piece `own`;
+// cells^3. share: of the way that the piece moves its vertices; all_move: others may move all of them.
+Surface::Cone Surface::cone(const NodeGrid& grid, const Vec3i& lowest, int corner, int axis, double share,
+                            bool all_move, const std::vector<Vec3i>& own) const {
     const std::int32_t slot = slots_.get(lowest, cell_channel);
     const SurfaceCell none{};
     const SurfaceCell& cell = slot < 0 ? none : cells_[static_cast<std::size_t>(slot)];
@@ -117,95 +175,88 @@ Surface::Cone Surface::cone(const NodeGrid& grid, const Vec3i& lowest, int corne
     const auto project = [&](const Vec3& p) {
         return Vec2(corner_bit(corner, u) ? 1 - p[u] : p[u], corner_bit(corner, v) ? 1 - p[v] : p[v]);
     };
-    struct Pair {
-        Vec2 wanted, settled;
+    const auto projected = [&](const Choice& c, unsigned corners) {
+        const bool moves = all_move || (slot >= 0 && others_are_weak(cell, corners, own));
+        const Vec2 own_position = project(c.at(share));
+        return Projected{own_position, project(c.settled), moves ? project(c.settled) : own_position};
     };
-    const auto pair = [&](const Choice& c) { return Pair{project(c.wanted), project(c.settled)}; };
     // The face beside the edge in direction u is normal to v.
     const int faces[2] = {2 * v + corner_bit(corner, v), 2 * u + corner_bit(corner, u)};
-    const Vec2 middle(0.5, 0.5);
-    Cone out;
     int fans[2];
-    Pair face[2], centre[2];
+    Projected face[2], centre[2];
+    Cone out;
     for (int k = 0; k < 2; ++k) {
         fans[k] = slot < 0 ? -1 : fan_at(cell.mask, faces[k], corner);
-        face[k] = pair(face_choice(grid.rest(), cell, faces[k]));
-        centre[k] = pair(centre_choice(grid.rest(), cell, fans[k]));
+        face[k] = projected(face_choice(grid.rest(), cell, faces[k]), corners_of(faces[k]));
+        centre[k] = projected(centre_choice(grid.rest(), cell, fans[k]), 0xff);
+        out.settled += t / 6 * part_area(k, face[k].settled, centre[k].settled);
     }
-    const auto side = [&](int k, const Vec2& f, const Vec2& c) { return k == 0 ? cross(f, c) : cross(c, f); };
-    const auto least_side = [&](int k, const Vec2& c) {
-        return std::min(side(k, face[k].wanted, c), side(k, face[k].settled, c));
-    };
-    double least = 0, settled = 0;
-    for (int k = 0; k < 2; ++k) {
-        settled += side(k, face[k].settled, centre[k].settled) +
-                   side(k, centre[k].settled, middle);
-        if (fans[0] != fans[1])
-            least += std::min(least_side(k, centre[k].wanted) + side(k, centre[k].wanted, middle),
-                              least_side(k, centre[k].settled) + side(k, centre[k].settled, middle));
-    }
-    if (fans[0] == fans[1])
-        least = std::min(least_side(0, centre[0].wanted) + least_side(1, centre[0].wanted),
-                         least_side(0, centre[0].settled) + least_side(1, centre[0].settled));
-    out.least = t / 6 * least;
-    out.settled = t / 6 * settled;
+    const auto least = [&](int k, const Vec2& at) { return least_part_area(k, face[k], at); };
+    const double sum = fans[0] == fans[1] ? std::min(least(0, centre[0].own) + least(1, centre[0].own),
+                                                     least(0, centre[0].other) + least(1, centre[0].other))
+                                          : std::min(least(0, centre[0].own), least(0, centre[0].other)) +
+                                                std::min(least(1, centre[1].own), least(1, centre[1].other));
+    out.least = t / 6 * sum;
     return out;
 }
 
-bool Surface::stays_positive(const NodeGrid& grid, const std::vector<Vec3i>& nodes) const {
-    double least = 0, settled = 0;
+// Whether the volume of a piece that moves its vertices by a share of their ways is positive, however far
+// others move those that they may move.
+bool Surface::stays_positive(const NodeGrid& grid, const std::vector<Vec3i>& nodes, double share,
+                             bool all_move) const {
+    Cone sum;
     for (const Vec3i& node : nodes)
         for (int corner = 0; corner < corner_count; ++corner) {
             const Vec3i lowest = 2 * node - corner_node(node, corner);
             if (!grid.has_cell(lowest)) continue;
             for (int axis = 0; axis < 3; ++axis) {
-                const Cone one = cone(grid, lowest, corner, axis);
-                least += one.least;
-                settled += one.settled;
+                const Cone one = cone(grid, lowest, corner, axis, share, all_move, nodes);
+                sum.least += one.least;
+                sum.settled += one.settled;
             }
         }
-    return least > tuning::placement::least_share * settled;
+    return sum.least > tuning::placement::least_share * sum.settled;
 }
 
-// Moves the vertices of a cell into their faces and the cell if one of the cell's corners belongs to a piece
-// that needs it, and back otherwise.
+// Places a vertex where it is wanted, or moves it from there. Returns whether its position changed.
+bool Surface::settle(const RestGrid& rest, const SurfaceCell& cell, std::int32_t vertex, double share,
+                     const Choice& choice) {
+    const Vec3 wanted = wanted_rest(vertex);
+    SurfaceVertex& v = vertices_[static_cast<std::size_t>(vertex)];
+    const Vec3 before = v.rest;
+    place(vertex, wanted);
+    if (share > 0) {
+        v.rest = rest.origin + rest.cell_size * (cell.lowest_node.cast<double>() + choice.at(share));
+        wanted_.emplace(vertex, wanted);
+    }
+    return v.rest != before;
+}
+
+// Moves the vertices of a cell as far as the pieces of the corners around them need, and back otherwise.
 void Surface::settle_cell(const NodeGrid& grid, std::uint32_t index) {
     const SurfaceCell& cell = cells_[index];
-    const auto moves = [&](unsigned corners) {
+    const auto share = [&](unsigned corners) {
+        int level = 0;
         for (; corners != 0; corners &= corners - 1) {
             const std::int32_t node = cell.node[static_cast<std::size_t>(std::countr_zero(corners))];
-            if (node >= 0 && is_settled_[static_cast<std::size_t>(node)]) return true;
+            if (node >= 0) level = std::max(level, piece_state_[static_cast<std::size_t>(node)] & level_bits);
         }
-        return false;
+        return share_of(level);
     };
-    const auto settle = [&](std::int32_t vertex, bool move, const Choice& choice) {
-        SurfaceVertex& v = vertices_[static_cast<std::size_t>(vertex)];
-        const Vec3 wanted = wanted_rest(vertex), before = v.rest;
-        place(vertex, wanted);
-        if (move) {
-            v.rest = grid.rest().origin +
-                     grid.rest().cell_size * (cell.lowest_node.cast<double>() + choice.settled);
-            wanted_.emplace(vertex, wanted);
-        }
-        return v.rest != before;
-    };
-    const bool centres_move = moves(0xff);
-    if (!centres_move && wanted_.empty()) return;
+    const double cell_share = share(0xff);
+    if (cell_share == 0 && wanted_.empty()) return;
     for (std::size_t fan = 0; fan < cell.fan_count; ++fan)
-        if (cell.centre[fan] >= 0 &&
-            settle(cell.centre[fan], centres_move,
-                   centre_choice(grid.rest(), cell, static_cast<int>(fan))))
+        if (cell.centre[fan] >= 0 && settle(grid.rest(), cell, cell.centre[fan], cell_share,
+                                            centre_choice(grid.rest(), cell, static_cast<int>(fan))))
             touch(index);
     for (int face = 0; face < face_count; ++face) {
         const std::int32_t slot = cell.face[static_cast<std::size_t>(face)];
         if (slot < 0) continue;
-        unsigned corners = 0;
-        for (int k = 0; k < 4; ++k) corners |= 1U << face_corner(face, k);
-        const bool move = moves(corners);
+        const double face_share = share(corners_of(face));
         const Choice choice = face_choice(grid.rest(), cell, face);
         bool moved = false;
         for (const std::int32_t vertex : faces_[static_cast<std::size_t>(slot)].vertex)
-            if (vertex >= 0) moved = settle(vertex, move, choice) || moved;
+            if (vertex >= 0) moved = settle(grid.rest(), cell, vertex, face_share, choice) || moved;
         if (!moved) continue;
         touch(index);
         Vec3i other = cell.lowest_node;
@@ -222,37 +273,54 @@ void Surface::touch(std::uint32_t cell) {
     touched_.push_back(cell);
 }
 
+// Sets the state of a piece's nodes and appends the cells around those that it changes.
+void Surface::set_piece_state(const NodeGrid& grid, const std::vector<Vec3i>& nodes, std::uint8_t state,
+                              std::uint64_t stamp, std::vector<std::uint32_t>& cells) {
+    for (const Vec3i& node : nodes) {
+        const std::int32_t k = slots_.get(node, node_channel);
+        if (k < 0) continue;
+        piece_stamp_[static_cast<std::size_t>(k)] = stamp;
+        std::uint8_t& known = piece_state_[static_cast<std::size_t>(k)];
+        if (known == state) continue;
+        known = state;
+        for (int corner = 0; corner < corner_count; ++corner) {
+            const Vec3i lowest = 2 * node - corner_node(node, corner);
+            if (!grid.has_cell(lowest)) continue;
+            if (const std::int32_t slot = slots_.get(lowest, cell_channel); slot >= 0)
+                cells.push_back(static_cast<std::uint32_t>(slot));
+        }
+    }
+}
+
 void Surface::settle_small_pieces(const NodeGrid& grid) {
     piece_stamp_.resize(nodes_.size(), 0);
-    is_settled_.resize(nodes_.size(), 0);
-    const auto index_of = [&](const Vec3i& node) { return slots_.get(node, node_channel); };
-    // Bit 0 of a stamp: the piece is large.
+    piece_state_.resize(nodes_.size(), 0);
+    const std::uint64_t small_stamp = 4 * revision_, large_stamp = small_stamp + 1,
+                        done_stamp = small_stamp + 2;
     const auto is_large = [&](const Vec3i& node) {
-        const std::int32_t k = index_of(node);
-        return k >= 0 && piece_stamp_[static_cast<std::size_t>(k)] == 2 * revision_ + 1;
+        const std::int32_t k = slots_.get(node, node_channel);
+        return k >= 0 && piece_stamp_[static_cast<std::size_t>(k)] == large_stamp;
     };
+    constexpr std::size_t limit = tuning::placement::small_piece_nodes;
     std::vector<Vec3i> nodes;
     std::vector<std::uint32_t> cells = touched_;
     for (std::size_t i = 0, count = cells.size(); i < count; ++i)
         for (const std::int32_t start : std::array(cells_[cells[i]].node)) {
-            if (start < 0 || piece_stamp_[static_cast<std::size_t>(start)] >= 2 * revision_) continue;
-            const bool small = collect_small_piece(grid, nodes_[static_cast<std::size_t>(start)],
-                                                   tuning::placement::small_piece_nodes, is_large, nodes);
-            const bool settled = small && !stays_positive(grid, nodes);
-            for (const Vec3i& node : nodes) {
-                const std::int32_t k = index_of(node);
-                if (k < 0) continue;
-                piece_stamp_[static_cast<std::size_t>(k)] = 2 * revision_ + (small ? 0 : 1);
-                std::uint8_t& known = is_settled_[static_cast<std::size_t>(k)];
-                if (known == static_cast<std::uint8_t>(settled)) continue;
-                known = settled;
-                for (int corner = 0; corner < corner_count; ++corner) {
-                    const Vec3i lowest = 2 * node - corner_node(node, corner);
-                    if (!grid.has_cell(lowest)) continue;
-                    if (const std::int32_t slot = slots_.get(lowest, cell_channel); slot >= 0)
-                        cells.push_back(static_cast<std::uint32_t>(slot));
-                }
-            }
+            if (start < 0 || piece_stamp_[static_cast<std::size_t>(start)] >= small_stamp) continue;
+            const bool small =
+                collect_small_piece(grid, nodes_[static_cast<std::size_t>(start)], limit, is_large, nodes);
+            const bool weak = small && !stays_positive(grid, nodes, 0, true);
+            set_piece_state(grid, nodes, weak ? is_weak : 0, small ? small_stamp : large_stamp, cells);
+        }
+    for (std::size_t i = 0, count = cells.size(); i < count; ++i)
+        for (const std::int32_t start : std::array(cells_[cells[i]].node)) {
+            if (start < 0 || piece_stamp_[static_cast<std::size_t>(start)] == done_stamp ||
+                !(piece_state_[static_cast<std::size_t>(start)] & is_weak))
+                continue;
+            collect_small_piece(grid, nodes_[static_cast<std::size_t>(start)], limit, is_large, nodes);
+            int level = 0;
+            while (level < max_level && !stays_positive(grid, nodes, share_of(level), false)) ++level;
+            set_piece_state(grid, nodes, static_cast<std::uint8_t>(is_weak | level), done_stamp, cells);
         }
     for (const std::uint32_t cell : cells) settle_cell(grid, cell);
 }

@@ -39,9 +39,9 @@ inline constexpr double grazing_edge_cosine = 0.05;
 /// Nodes, 8 to 512, up to which a piece counts as small: its vertices are moved into their faces and cells
 /// where they could turn it inside out. Larger takes time; smaller lets larger pieces turn inside out.
 inline constexpr std::size_t small_piece_nodes = 64;
-/// Share, 0 to 0.5, of the volume that a small piece has with moved vertices, below which they are moved.
-/// Larger moves those of more pieces; smaller leaves thinner ones.
-inline constexpr double least_share = 0.1;
+/// Share, 1e-9 to 0.1, of the volume that a small piece has with moved vertices: the least that it must have.
+/// Larger moves the vertices of sharp corners that are pieces of their own; smaller is within rounding.
+inline constexpr double least_share = 1e-7;
 /// Cells, 0 to 0.2, between a moved vertex and the rim of its face or cell. Larger is rounder; smaller leaves
 /// pieces without volume.
 inline constexpr double settled_inset = 0.05;
