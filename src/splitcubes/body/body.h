@@ -166,6 +166,7 @@ class Body {
     void accumulate_cut_force(std::int32_t slot, double dt, const Isometry& tool_before,
                               const Isometry& tool_now, ToolForce& tool_force) const;
     void settle_topology(const Parallel& parallel, TopologyChange& change);
+    void resample_splits(const StepContext& context, TopologyChange& change, StepReport& report);
     void sample_small_parts(const Parallel& parallel);
     void update_links(const Parallel& parallel, TopologyChange& change);
     SampleContext sample_context(const Parallel& parallel) const {

@@ -3,6 +3,7 @@
 #include <splitcubes/body/step_context.h>
 #include <splitcubes/body/step_report.h>
 #include <splitcubes/body_samples/resampling.h>
+#include <splitcubes/body_samples/rigid_outline.h>
 #include <splitcubes/body_samples/topology_change.h>
 #include <splitcubes/node_motion/node_motion.h>
 #include <splitcubes/splitting/surface.h>
@@ -46,6 +47,11 @@ void Body::update_visibility(const StepContext& context, TopologyChange& change,
 }
 
 void Body::resample(const StepContext& context, TopologyChange& change, StepReport& report) {
+    resample_splits(context, change, report);
+    refresh_outlines(grid_, *surface_, *pieces_, change.cells, samples_.phyxels.rigid);
+}
+
+void Body::resample_splits(const StepContext& context, TopologyChange& change, StepReport& report) {
     if (change.splits.empty()) return;
     // The phyxels held in the last step follow from the constraints: those of begin_step are not in a
     // checkpoint. Before the first step none is held.

@@ -1,5 +1,8 @@
 #include <splitcubes/body_samples/rigid_outline.h>
 #include <splitcubes/body_samples/tuning.h>
+#include <splitcubes/samples/rigid_pieces.h>
+#include <splitcubes/splitting/pieces.h>
+#include <splitcubes/splitting/small_piece.h>
 #include <splitcubes/splitting/surface.h>
 
 #include <algorithm>
@@ -95,6 +98,30 @@ std::vector<Vec3> rigid_outline(const NodeGrid& grid, const Surface& surface, st
         if (on_hull) take(k, tuning::outline::spacing * cell);
     }
     return out;
+}
+
+void refresh_outlines(const NodeGrid& grid, const Surface& surface, const splitting::Pieces& pieces,
+                      std::span<const std::uint32_t> cells, meshless::RigidPieces& rigid) {
+    if (rigid.empty()) return;
+    std::vector<std::uint8_t> done(rigid.bodies.size(), 0);
+    for (const std::uint32_t index : cells) {
+        const splitting::SurfaceCell& cell = surface.cells()[index];
+        for (int corner = 0; corner < splitting::corner_count; ++corner) {
+            if (!(cell.inside >> corner & 1U)) continue;
+            const Vec3i node = splitting::corner_node(cell.lowest_node, corner);
+            const std::int32_t k = rigid.index(pieces.piece_of(grid, node));
+            if (k < 0 || done[static_cast<std::size_t>(k)]) continue;
+            done[static_cast<std::size_t>(k)] = 1;
+            const meshless::RigidPiece body = rigid.bodies[static_cast<std::size_t>(k)];
+            std::vector<Vec3i> nodes;
+            splitting::collect_small_piece(
+                grid, node, std::numeric_limits<std::size_t>::max(), [](const Vec3i&) { return false; },
+                nodes);
+            std::vector<Vec3> points = rigid_outline(grid, surface, nodes);
+            for (Vec3& point : points) point = body.shape * (point - body.rest_centre);
+            rigid.put(body, points);
+        }
+    }
 }
 
 }  // namespace splitcubes::body

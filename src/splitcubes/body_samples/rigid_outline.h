@@ -3,11 +3,17 @@
 
 #include <splitcubes/math/types.h>
 
+#include <cstdint>
 #include <span>
 #include <vector>
 
+namespace splitcubes::meshless {
+struct RigidPieces;
+}
+
 namespace splitcubes::splitting {
 class NodeGrid;
+class Pieces;
 class Surface;
 }  // namespace splitcubes::splitting
 
@@ -18,5 +24,11 @@ namespace splitcubes::body {
 /// coordinates.
 std::vector<Vec3> rigid_outline(const splitting::NodeGrid& grid, const splitting::Surface& surface,
                                 std::span<const Vec3i> nodes);
+
+/// Sets the contact points of rigid pieces anew where `cells` of the surface were made again: a cut beside a
+/// piece moves vertices of its surface.
+void refresh_outlines(const splitting::NodeGrid& grid, const splitting::Surface& surface,
+                      const splitting::Pieces& pieces, std::span<const std::uint32_t> cells,
+                      meshless::RigidPieces& rigid);
 
 }  // namespace splitcubes::body

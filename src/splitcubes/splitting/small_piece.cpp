@@ -19,6 +19,10 @@ bool collect_small_piece(const NodeGrid& grid, const Vec3i& start, std::size_t l
                 if (std::find(nodes.begin(), nodes.end(), next) == nodes.end()) nodes.push_back(next);
             }
     }
+    // The order does not depend on the start.
+    std::sort(nodes.begin(), nodes.end(), [](const Vec3i& a, const Vec3i& b) {
+        return std::lexicographical_compare(a.begin(), a.end(), b.begin(), b.end());
+    });
     return true;
 }
 

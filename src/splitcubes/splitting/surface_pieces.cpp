@@ -37,7 +37,7 @@ double cross(const Vec2& a, const Vec2& b) {
     return a[0] * b[1] - a[1] * b[0];
 }
 
-unsigned corners_of(int face) {
+unsigned face_corners_of(int face) {
     unsigned out = 0;
     for (int k = 0; k < 4; ++k) out |= 1U << face_corner(face, k);
     return out;
@@ -187,7 +187,7 @@ Surface::Cone Surface::cone(const NodeGrid& grid, const Vec3i& lowest, int corne
     Cone out;
     for (int k = 0; k < 2; ++k) {
         fans[k] = slot < 0 ? -1 : fan_at(cell.mask, faces[k], corner);
-        face[k] = projected(face_choice(grid.rest(), cell, faces[k]), corners_of(faces[k]));
+        face[k] = projected(face_choice(grid.rest(), cell, faces[k]), face_corners_of(faces[k]));
         centre[k] = projected(centre_choice(grid.rest(), cell, fans[k]), 0xff);
         out.settled += t / 6 * part_area(k, face[k].settled, centre[k].settled);
     }
@@ -226,7 +226,10 @@ bool Surface::settle(const RestGrid& rest, const SurfaceCell& cell, std::int32_t
     const Vec3 before = v.rest;
     place(vertex, wanted);
     if (share > 0) {
-        v.rest = rest.origin + rest.cell_size * (cell.lowest_node.cast<double>() + choice.at(share));
+        // The same from both cells of a face, to the last bit.
+        const Vec3 settled =
+            rest.origin + rest.cell_size * (cell.lowest_node.cast<double>() + choice.settled);
+        v.rest = share == 1 ? settled : Vec3(wanted + share * (settled - wanted));
         wanted_.emplace(vertex, wanted);
     }
     return v.rest != before;
@@ -252,7 +255,7 @@ void Surface::settle_cell(const NodeGrid& grid, std::uint32_t index) {
     for (int face = 0; face < face_count; ++face) {
         const std::int32_t slot = cell.face[static_cast<std::size_t>(face)];
         if (slot < 0) continue;
-        const double face_share = share(corners_of(face));
+        const double face_share = share(face_corners_of(face));
         const Choice choice = face_choice(grid.rest(), cell, face);
         bool moved = false;
         for (const std::int32_t vertex : faces_[static_cast<std::size_t>(slot)].vertex)
@@ -286,8 +289,10 @@ void Surface::set_piece_state(const NodeGrid& grid, const std::vector<Vec3i>& no
         for (int corner = 0; corner < corner_count; ++corner) {
             const Vec3i lowest = 2 * node - corner_node(node, corner);
             if (!grid.has_cell(lowest)) continue;
-            if (const std::int32_t slot = slots_.get(lowest, cell_channel); slot >= 0)
-                cells.push_back(static_cast<std::uint32_t>(slot));
+            const std::int32_t slot = slots_.get(lowest, cell_channel);
+            if (slot < 0) continue;
+            touch(static_cast<std::uint32_t>(slot));
+            cells.push_back(static_cast<std::uint32_t>(slot));
         }
     }
 }
