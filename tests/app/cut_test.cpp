@@ -182,7 +182,7 @@ TEST_F(Cut, ACutterThatEnclosesTheBodyLeavesAnEmptySurface) {
     write("far.obj", far);
     const Json report = cut({"--with", "far.obj", "--mode", "remove"});
     EXPECT_EQ(report["volume_removed"], 0);
-    EXPECT_EQ(lines_of(said_.err).size(), 1U) << said_.err;
+    EXPECT_EQ(lines_without_progress(said_.err).size(), 1U) << said_.err;
 }
 
 TEST_F(Cut, ACutterSmallerThanACellCutsNothingAndSaysSo) {
@@ -190,7 +190,7 @@ TEST_F(Cut, ACutterSmallerThanACellCutsNothingAndSaysSo) {
     const Json report = cut({"--with", "mote.obj", "--mode", "remove"});
     EXPECT_EQ(report["cut_edges"], 0);
     EXPECT_EQ(report["pieces"].size(), 1U);
-    const Words said = lines_of(said_.err);
+    const Words said = lines_without_progress(said_.err);
     ASSERT_EQ(said.size(), 1U) << said_.err;
     EXPECT_EQ(said[0].rfind("mote.obj: ", 0), 0U);
 }
@@ -211,7 +211,7 @@ TEST_F(Cut, ABladeOnAPathSevers) {
     write_text(in("wire.json"), wire);
     const Json report = cut({"--path", "wire.json"});
     ASSERT_EQ(report["pieces"].size(), 2U);
-    const Words said = lines_of(said_.err);
+    const Words said = lines_without_progress(said_.err);
     ASSERT_EQ(said.size(), 1U) << said_.err;
     EXPECT_EQ(
         said[0].rfind("wire.json: blade 'idle': nothing was cut: it missed 'block.obj'; its bounding box "

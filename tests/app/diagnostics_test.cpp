@@ -41,12 +41,8 @@ class Diagnostics : public Program {
     Json summary() const { return Json::parse(text_of(in("out/summary.json"))); }
 };
 
-// Returns the lines without those of progress.
 std::vector<std::string> said(const Ended& ended) {
-    std::vector<std::string> out;
-    for (const std::string& line : lines_of(ended.err))
-        if (line.rfind("run ", 0) != 0) out.push_back(line);
-    return out;
+    return lines_without_progress(ended.err);
 }
 
 TEST_F(Diagnostics, ASoundRunPrintsNothing) {
@@ -120,7 +116,7 @@ TEST_F(Diagnostics, SheetsThatCutNothingSayWhy) {
         run({"cut", "block.obj", "-o", "out.ply", "--cells", "14", "--report", "report.json", "--with",
              "plane.obj", "--with", "away.obj", "--with", "plane.obj", "--with", "skin.obj"});
     ASSERT_EQ(ended.code, 0) << ended.err;
-    const std::vector<std::string> lines = lines_of(ended.err);
+    const std::vector<std::string> lines = lines_without_progress(ended.err);
     ASSERT_EQ(lines.size(), 3U) << ended.err;
     EXPECT_NE(lines[0].find("away.obj: nothing was cut: it missed 'block.obj'; its bounding box is (0.4, "),
               std::string::npos);
@@ -141,7 +137,7 @@ TEST_F(Diagnostics, ABladeThatMovesAlongItselfAndAPlaneThatMissesAreReported) {
     const Ended ended = run({"cut", "block.obj", "-o", "out.ply", "--unit", "mm", "--cells", "14", "--path",
                              "along.json", "--plane", "0,0,2,200"});
     ASSERT_EQ(ended.code, 0) << ended.err;
-    const std::vector<std::string> lines = lines_of(ended.err);
+    const std::vector<std::string> lines = lines_without_progress(ended.err);
     ASSERT_EQ(lines.size(), 2U) << ended.err;
     EXPECT_NE(lines[0].find("its edge stands still or moves along itself"), std::string::npos) << lines[0];
     EXPECT_NE(lines[1].find("along its normal (0, 0, 1) it is at 100 mm, 'block.obj' from -7 mm to 7 mm"),
@@ -158,7 +154,7 @@ TEST_F(Diagnostics, AllProblemsOfASceneAreReportedAtOnce) {
     EXPECT_EQ(ended.code, 2);
     EXPECT_EQ(ended.out, "");
     EXPECT_FALSE(fs::exists(in("out")));
-    const std::vector<std::string> lines = lines_of(ended.err);
+    const std::vector<std::string> lines = lines_without_progress(ended.err);
     ASSERT_EQ(lines.size(), 4U) << ended.err;
     for (const std::string& line : lines) EXPECT_EQ(line.rfind("splitcubes: ", 0), 0U) << line;
     EXPECT_NE(lines[3].find("--set ground.height=low: ground.height is \"low\""), std::string::npos);

@@ -227,7 +227,7 @@ inline constexpr int max_impulse_iterations = 40;
 inline constexpr double resting_share = 0.02;
 /// Share of an initial penetration that is removed per step, 0 to 1. Larger frees pieces sooner, visibly
 /// jumping; smaller later.
-inline constexpr double penetration_correction_share = 0.2;
+inline constexpr double penetration_correction_share = 1;
 
 }  // namespace rigid
 
