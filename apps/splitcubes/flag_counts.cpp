@@ -31,6 +31,9 @@ constexpr Advice advices[] = {
      "usual in small fragments; where whole parts are one phyxel thick, take a smaller phyxel_spacing"},
     {body::flag_energy_excess, "pieces gained energy that nothing put in, and it was removed",
      "take a smaller time_step"},
+    {body::flag_took_implicit,
+     "a body would have needed more explicit substeps than allowed, and was stepped implicitly",
+     "take a smaller time_step or a softer material, or set solver.kind to implicit"},
 };
 
 std::string name_of(std::size_t bit) {
@@ -102,7 +105,8 @@ std::vector<std::string> FlagCounts::notes() const {
             const auto count = static_cast<double>(counts_[bit]), steps = static_cast<double>(steps_);
             const bool is_energy = advice.flag == body::flag_energy_excess;
             const bool much = is_energy && energy_removed_ > much_removed * largest_energy_;
-            if (!(count > often * steps) && !much) continue;
+            const double share = advice.flag == body::flag_took_implicit ? 0 : often;
+            if (!(count > share * steps) && !much) continue;
             out.push_back(
                 name_of(bit) + " in " + std::to_string(counts_[bit]) + " of " + std::to_string(steps_) +
                 " steps (" + std::to_string(static_cast<int>(100 * count / steps + 0.5)) +

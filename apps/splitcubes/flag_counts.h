@@ -22,14 +22,15 @@ class FlagCounts {
     std::size_t steps() const { return steps_; }
     /// Returns the number of steps with each flag, by its name.
     nlohmann::ordered_json json() const;
-    /// Returns one line per flag that was set in more than a tenth of the steps and has a remedy. An energy
-    /// excess has a line also where more than a hundredth of the largest energy was removed in all.
+    /// Returns one line per flag that was set in more than a tenth of the steps and has a remedy; of
+    /// steps that were to be explicit, in any. An energy excess has a line also where more than a hundredth
+    /// of the largest energy was removed in all.
     std::vector<std::string> notes() const;
 
   private:
     std::string amount_removed() const;
 
-    static constexpr std::size_t flag_count = 6;
+    static constexpr std::size_t flag_count = 7;
     std::size_t steps_ = 0;
     std::array<std::size_t, flag_count> counts_{};
     double energy_removed_ = 0, largest_energy_ = 0;  // J

@@ -50,7 +50,7 @@ TEST_F(Diagnostics, ASoundRunPrintsNothing) {
     ASSERT_EQ(ended.code, 0) << ended.err;
     EXPECT_TRUE(said(ended).empty()) << ended.err;
     EXPECT_EQ(summary()["flags"]["not_converged"], 0);
-    EXPECT_EQ(summary()["flags"].size(), 6U);
+    EXPECT_EQ(summary()["flags"].size(), 7U);
     EXPECT_EQ(summary()["idle_tools"], Json::array());
 }
 

@@ -93,6 +93,8 @@ TEST(Energy, AStretchedSphereWithVolumeStiffnessIsCutByExplicitSteps) {
     for (const std::uint64_t seed : {1, 3}) {
         SCOPED_TRACE(seed);
         body::WorldSettings settings = settings_of(SolverKind::explicit_steps, 1.0 / 30);
+        // Pressed by contacts, this material turns inside out in explicit steps, which adds energy.
+        settings.contact.pieces = false;
         body::World world(settings, threads(2));
         body::BodySettings ball = soft(0.012, 300);
         ball.material.model = MaterialModel::st_venant_kirchhoff;
@@ -120,7 +122,10 @@ TEST(Energy, AStretchedSphereWithVolumeStiffnessIsCutByExplicitSteps) {
 
 // Stiff, plastic and rotating fast: linear solves stop before convergence.
 TEST(Energy, ASpinningPlasticTorusIsShredded) {
-    body::World world(settings_of(SolverKind::implicit_steps, 1.0 / 60), threads(2));
+    body::WorldSettings settings = settings_of(SolverKind::implicit_steps, 1.0 / 60);
+    // Of cuts alone: hits of stiff splinters add energy (docs/contact.md, limits).
+    settings.contact.pieces = false;
+    body::World world(settings, threads(2));
     body::BodySettings torus = soft(0.01, 350);
     torus.material.model = MaterialModel::st_venant_kirchhoff;
     torus.material.youngs_modulus = 1.5e7;

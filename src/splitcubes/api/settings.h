@@ -24,7 +24,7 @@ struct Ground {
 
 /// Contact between bodies and pieces.
 struct ContactSettings {
-    bool pieces = false;    ///< pieces and bodies push on each other, and cut faces on theirs
+    bool pieces = true;     ///< pieces and bodies push on each other, and cut faces on theirs
     double friction = 0.5;  ///< between them, Coulomb coefficient, >= 0
 };
 

@@ -75,6 +75,7 @@ enum StepWarning : std::uint32_t {
     warning_frame_fallback = 8,   ///< nodes without a sample of their own followed a neighbour
     warning_rank_deficient = 16,  ///< samples whose neighbours do not span space
     warning_energy_excess = 32,   ///< energy that nothing had put in was taken
+    warning_took_implicit = 64,   ///< explicit steps that would have needed too many substeps
 };
 
 /// Results of one step. Spans are valid until the next call that is not const.

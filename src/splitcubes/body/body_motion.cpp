@@ -69,6 +69,7 @@ void Body::end_step(const StepContext& context, const meshless::SolverReport& so
     report.totals.momentum += solved.momentum;
     report.totals.angular_momentum += solved.angular_momentum;
     report.totals.top_speed = std::max(report.totals.top_speed, solved.top_speed);
+    if (solved.took_implicit) report.flags |= flag_took_implicit;
     if (solved.inverted > 0) report.flags |= flag_inverted;
     if (solved.non_finite > 0) report.flags |= flag_non_finite;
     if (solved.rank_deficient > 0) report.flags |= flag_rank_deficient;

@@ -11,7 +11,8 @@ void ToolForce::add_force(const Isometry& tool, const Vec3& point, const Vec3& a
 
 std::string flag_text(std::uint32_t flags) {
     static constexpr const char* names[] = {"inverted",       "not_converged",  "non_finite",
-                                            "frame_fallback", "rank_deficient", "energy_excess"};
+                                            "frame_fallback", "rank_deficient", "energy_excess",
+                                            "took_implicit"};
     std::string out;
     for (std::uint32_t k = 0; k < std::size(names); ++k) {
         if (!(flags >> k & 1U)) continue;

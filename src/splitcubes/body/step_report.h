@@ -49,6 +49,7 @@ enum Flag : std::uint32_t {
     flag_frame_fallback = 8,   // nodes without visible phyxels, which took a neighbour's frame
     flag_rank_deficient = 16,  // neighbourhoods that no longer span space
     flag_energy_excess = 32,   // energy that no source explains was removed (meshless::EnergyGuard)
+    flag_took_implicit = 64,   // explicit steps that would have needed too many substeps
 };
 /// Returns the names of the set flags, separated by '|'; "-" for none.
 std::string flag_text(std::uint32_t flags);

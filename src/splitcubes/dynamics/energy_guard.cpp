@@ -135,8 +135,10 @@ void EnergyGuard::add_work(std::int32_t piece, double work) {
 }
 
 void EnergyGuard::count_contacts(const Phyxels& phyxels, const ContactInput& contacts, std::uint32_t part,
-                                 bool of_whole_step) {
+                                 std::span<const double> contact_work) {
     std::fill(contact_work_.begin(), contact_work_.end(), 0.0);
+    std::copy_n(contact_work.begin(), std::min(contact_work.size(), contact_work_.size()),
+                contact_work_.begin());
     const auto add = [&](const ContactSide& side, const Vec3& force) {
         if (side.part != part || side.count == 0 || !is_counted(phyxels, side.phyxel[0])) return;
         Vec3 displacement = Vec3::Zero();
@@ -147,15 +149,11 @@ void EnergyGuard::count_contacts(const Phyxels& phyxels, const ContactInput& con
     };
     CachedContactFinder finder(contacts.cached);
     for (const Contact& contact : contacts.contacts) {
-        const CachedContact* const cached = finder.find(contact.key);
+        const CachedContact* const cached = contact_work.empty() ? finder.find(contact.key) : nullptr;
         if (cached == nullptr) continue;
         add(contact.upper, cached->force);
         add(contact.lower, -cached->force);
     }
-    // A contact that stops a piece in the last substep took less energy than its force times the whole
-    // displacement.
-    if (!of_whole_step)
-        for (double& work : contact_work_) work = std::max(0.0, work);
     for (const HandleSpring& handle_spring : contacts.handle_springs)
         if (handle_spring.part == part && is_counted(phyxels, handle_spring.phyxel))
             contact_work_[slot(phyxels, handle_spring.phyxel)] = std::numeric_limits<double>::infinity();

@@ -45,13 +45,12 @@ class EnergyGuard {
                const StepInput& input, const Parallel& parallel);
     /// Adds work done on a piece in this step, J; infinite: the piece is not checked in this step.
     void add_work(std::int32_t piece, double work);
-    /// Counts the work of the contacts that are active after the step on each piece of a part: the sum of
-    /// their forces times the displacements of their sides. If the forces do not act over the whole step
-    /// (of_whole_step is false), negative work counts as zero. Pieces pulled by attachment springs are not
-    /// checked in this step. part: index of the phyxels' body in the contacts. Must be called before
-    /// evaluate; replaces what it counted before.
+    /// Counts the work of the contacts on each piece of a part. contact_work: J, per piece; empty: the sum of
+    /// the forces of the contacts that are active after the step times the displacements of their sides.
+    /// Pieces pulled by attachment springs are not checked in this step. part: index of the phyxels' body in
+    /// the contacts. Must be called before evaluate; replaces what it counted before.
     void count_contacts(const Phyxels& phyxels, const ContactInput& contacts, std::uint32_t part,
-                        bool of_whole_step);
+                        std::span<const double> contact_work);
     /// Compares the energy after the step with the budget. hold_work: J per piece, work of moving holds;
     /// empty: estimated from the forces before and after the step. Returns whether the elastic energy of some
     /// piece exceeds its budget.

@@ -1,4 +1,3 @@
-#include <splitcubes/core/error.h>
 #include <splitcubes/core/random.h>
 #include <splitcubes/dynamics/explicit_solver.h>
 #include <splitcubes/dynamics/tuning.h>
@@ -7,34 +6,99 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <string>
 
 namespace splitcubes::meshless {
 
-SolverReport ExplicitSolver::step(Phyxels& phyxels, const Neighbourhoods& neighbourhoods,
-                                  const Material& material, const StepInput& input,
-                                  const SolverOptions& options, const Parallel& parallel) {
-    check_step_input(phyxels, input);
-    const Job job{phyxels, neighbourhoods, material, input, parallel, std::max(options.refinement, 1)};
-    SolverReport report;
-    begin(job);
-    const std::array<ContactImpulses::Part, 1> parts = {{{start_position_, effective_mass_, held_}}};
-    contacts_.begin(input.contacts, parts, input.dt);
-    report.substeps = take_substeps(job);
-    const std::array<std::span<std::uint8_t>, 1> touching = {phyxels.touching};
-    std::fill(phyxels.touching.begin(), phyxels.touching.end(), std::uint8_t{0});
-    contacts_.finish(touching);
-    if (options.restore_momentum) restore_momenta(job);
+void ExplicitSolver::Group::clear() {
+    jobs.clear();
+    parts.clear();
+    velocity.clear();
+    force.clear();
+    position.clear();
+    touching.clear();
+    changes = false;
+}
+
+void ExplicitSolver::Group::add(const Job& job) {
+    ExplicitSolver& s = job.solver;
+    jobs.push_back(job);
+    parts.push_back({s.start_position_, s.effective_mass_, job.neighbourhoods.stiffness_diagonal(), s.held_});
+    velocity.emplace_back(job.phyxels.velocity);
+    force.emplace_back(s.force_);
+    position.emplace_back(job.phyxels.position);
+    touching.emplace_back(job.phyxels.touching);
+    dt = job.input.dt;
+    changes = changes || job.material.model == MaterialModel::st_venant_kirchhoff ||
+              job.material.volume_stiffness > 0;
+}
+
+bool ExplicitSolver::step(Phyxels& phyxels, const Neighbourhoods& neighbourhoods, const Material& material,
+                          const StepInput& input, const SolverOptions& options, SolverReport& report,
+                          const Parallel& parallel) {
+    std::array<Member, 1> alone = {Member{*this, phyxels, neighbourhoods, material, input}};
+    const bool done = step_together(alone, input.contacts, options, parallel);
+    report = alone[0].report;
+    return done;
+}
+
+bool ExplicitSolver::step_together(std::span<Member> members, const ContactInput& contacts,
+                                   const SolverOptions& options, const Parallel& parallel) {
+    Group& group = members[0].solver.group_;
+    group.clear();
+    group.handle_springs = contacts.handle_springs;
+    for (Member& m : members) {
+        check_step_input(m.phyxels, m.input);
+        const Job job{m.solver,
+                      m.phyxels,
+                      m.neighbourhoods,
+                      m.material,
+                      m.input,
+                      parallel,
+                      std::max(options.refinement, 1)};
+        m.solver.begin(job);
+        group.add(job);
+    }
+    group.contacts.begin(contacts, group.parts, group.dt);
+    for (const Job& job : group.jobs)
+        job.solver.contact_work_.assign(
+            contacts.contacts.empty() ? 0 : static_cast<std::size_t>(std::max(job.input.piece_count, 0)), 0);
+    int substeps = 0;
+    if (!group.take_substeps(substeps)) {
+        for (const Job& job : group.jobs) job.solver.restore_start(job);
+        return false;
+    }
+    group.finish();
+    for (std::uint32_t k = 0; k < members.size(); ++k) {
+        members[k].report = SolverReport{};
+        members[k].report.substeps = substeps;
+        members[k].solver.end(group.jobs[k], contacts, k, options.restore_momentum, members[k].report);
+    }
+    if (contacts.cached) members[0].report.contacts = contacts.cached->size();
+    return true;
+}
+
+void ExplicitSolver::Group::finish() {
+    record_velocities();
+    contacts.stop(position, velocity, 0.5 * last_substep);
+    add_contact_work(DriftsAround::last);
+    for (const std::span<std::uint8_t> flags : touching)
+        std::fill(flags.begin(), flags.end(), std::uint8_t{0});
+    contacts.finish(touching);
+}
+
+// Restores momenta, and writes the history and the report.
+void ExplicitSolver::end(const Job& job, const ContactInput& contacts, std::uint32_t part,
+                         bool restore_momentum, SolverReport& report) {
+    Phyxels& phyxels = job.phyxels;
+    if (restore_momentum) restore_momenta(job, contacts, part);
     for (std::size_t i = 0; i < phyxels.size(); ++i) {
         phyxels.previous_position[i] = start_position_[i];
         phyxels.previous_velocity[i] = start_velocity_[i];
         phyxels.restart_history[i] = held_[i] != 0 || failed_[i] != 0;
         report.non_finite += failed_[i];
     }
-    if (input.contacts.cached) report.contacts = input.contacts.cached->size();
-    phyxels.history_step = input.dt;
-    describe_(phyxels, neighbourhoods, elastic_, report, parallel);
-    return report;
+    phyxels.history_step = job.input.dt;
+    describe_(phyxels, job.neighbourhoods, elastic_, report, job.parallel);
 }
 
 void ExplicitSolver::begin(const Job& job) {
@@ -62,9 +126,30 @@ void ExplicitSolver::begin(const Job& job) {
         held_.assign(job.input.held.begin(), job.input.held.end());
     gravity_time_ = 0;
     hold_work_.clear();
-    for (std::size_t i = 0; i < n && hold_work_.empty(); ++i)
-        if (held_[i] != 0 && job.input.held_position[i] != start_position_[i])
+    for (std::size_t i = 0; i < n; ++i) {
+        if (held_[i] == 0) continue;
+        const Vec3 displacement = job.input.held_position[i] - start_position_[i];
+        job.phyxels.velocity[i] = displacement / job.input.dt;
+        if (hold_work_.empty() && !displacement.isZero(0))
             hold_work_.assign(static_cast<std::size_t>(std::max(job.input.piece_count, 0)), 0);
+    }
+}
+
+// Records what restore_start needs beside positions and velocities.
+void ExplicitSolver::save_start(const Job& job) {
+    start_.rotation = job.phyxels.rotation;
+    start_.deformation = job.phyxels.deformation;
+    start_.plastic_strain = job.phyxels.plastic_strain;
+}
+
+// Undoes the substeps, which only materials whose stiffness changes can have taken.
+void ExplicitSolver::restore_start(const Job& job) const {
+    job.phyxels.position = start_position_;
+    job.phyxels.velocity = start_velocity_;
+    if (!start_.is_kept) return;
+    job.phyxels.rotation = start_.rotation;
+    job.phyxels.deformation = start_.deformation;
+    job.phyxels.plastic_strain = start_.plastic_strain;
 }
 
 // Adds half of the work of the holds in a substep h, s, with the current forces.
@@ -146,48 +231,69 @@ int ExplicitSolver::substeps_for(const Job& job, int before, int iterations) {
     if (before > 0 && before >= substeps_at_limit / margin.max && before <= substeps_at_limit / margin.min)
         return before;
     const double needed_substeps = std::ceil(substeps_at_limit / margin.chosen);
+    // Also if it is not finite.
     if (!(needed_substeps <= tuning::explicit_steps::max_substeps_per_step))
-        throw JobError("the explicit solver needs over " +
-                       std::to_string(tuning::explicit_steps::max_substeps_per_step) +
-                       " substeps a time step; take the implicit one, or a softer material");
+        return tuning::explicit_steps::max_substeps_per_step + 1;
     return std::max(1, static_cast<int>(needed_substeps));
 }
 
-// Takes the whole step; returns the number of substeps.
-int ExplicitSolver::take_substeps(const Job& job) {
-    const double dt = job.input.dt;
-    const bool changes =
-        job.material.model == MaterialModel::st_venant_kirchhoff || job.material.volume_stiffness > 0;
-    const bool known = job.phyxels.history_step == dt;
-    if (!is_frame_sufficient(job.material)) draw_initial_mode(job);
-    int per_step =
-        substeps_for(job, known ? job.phyxels.substeps : 0, tuning::explicit_steps::first_power_iterations);
-    elastic_.take_state(job.neighbourhoods, job.material, configuration_of(job.phyxels), job.parallel);
-    elastic_.read_deformation(job.phyxels.deformation, job.phyxels.rotation, job.parallel);
-    find_forces(job);
+// Returns the largest number of substeps that a member needs.
+int ExplicitSolver::Group::substeps_for(int before, int iterations) {
+    int largest = 1;
+    for (const Job& job : jobs) largest = std::max(largest, job.solver.substeps_for(job, before, iterations));
+    return largest;
+}
+
+double ExplicitSolver::Group::largest_stretch() const {
+    double largest = 0;
+    for (const Job& job : jobs) largest = std::max(largest, job.solver.largest_stretch(job));
+    return largest;
+}
+
+// Takes the whole step; returns false if it needs too many substeps. substeps: those that were taken.
+bool ExplicitSolver::Group::take_substeps(int& substeps) {
+    int per_step = 0;
+    for (const Job& job : jobs) {
+        const bool known = job.phyxels.history_step == dt;
+        if (!is_frame_sufficient(job.material)) job.solver.draw_initial_mode(job);
+        per_step =
+            std::max(per_step, job.solver.substeps_for(job, known ? job.phyxels.substeps : 0,
+                                                       tuning::explicit_steps::first_power_iterations));
+        job.solver.start_.is_kept = changes;
+    }
+    if (per_step > tuning::explicit_steps::max_substeps_per_step) return false;
+    for (const Job& job : jobs) {
+        if (changes) job.solver.save_start(job);
+        job.solver.elastic_.take_state(job.neighbourhoods, job.material, configuration_of(job.phyxels),
+                                       job.parallel);
+        job.solver.elastic_.read_deformation(job.phyxels.deformation, job.phyxels.rotation, job.parallel);
+    }
+    find_forces();
     double done = 0;  // share of the step
-    int substeps_taken = 0;
     while (done < 1) {
         const int count = std::max(1, static_cast<int>(std::ceil((1 - done) * per_step - 1e-6)));
         const double share = (1 - done) / count;
         const double bound =
-            changes ? tuning::explicit_steps::growth_between_estimates * largest_stretch(job) : 0;
+            changes ? tuning::explicit_steps::growth_between_estimates * largest_stretch() : 0;
         int k = 0;
         do {
             ++k;
-            substep(job, share * dt, k == count ? 1 : done + k * share);
+            substep(share * dt, done + (k - 1) * share, k == count ? 1 : done + k * share);
         } while (k < count && (!changes || (k < tuning::explicit_steps::substeps_between_estimates &&
-                                            largest_stretch(job) < bound)));
-        substeps_taken += k;
+                                            largest_stretch() < bound)));
+        substeps += k;
         done = k == count ? 1 : done + k * share;
         // Within a step substeps only become shorter.
         if (done < 1)
-            per_step = std::max(
-                per_step, substeps_for(job, per_step, tuning::explicit_steps::further_power_iterations));
+            per_step =
+                std::max(per_step, substeps_for(per_step, tuning::explicit_steps::further_power_iterations));
+        if (per_step > tuning::explicit_steps::max_substeps_per_step) return false;
     }
-    elastic_.read_deformation(job.phyxels.deformation, job.phyxels.rotation, job.parallel);
-    job.phyxels.substeps = per_step;
-    return substeps_taken;
+    for (const Job& job : jobs) {
+        job.solver.elastic_.read_deformation(job.phyxels.deformation, job.phyxels.rotation, job.parallel);
+        job.phyxels.substeps = per_step;
+    }
+    return true;
 }
 
 // Returns the largest |F|^2 of any phyxel; the stiffness of St. Venant-Kirchhoff grows with it.
@@ -197,16 +303,62 @@ double ExplicitSolver::largest_stretch(const Job& job) const {
     return largest;
 }
 
-void ExplicitSolver::substep(const Job& job, double h, double done) {
-    add_hold_work(job, h);
-    kick(job, 0.5 * h);
-    drift(job, h, done);
-    deform(job, h);
-    find_forces(job);
-    add_hold_work(job, h);
-    kick(job, 0.5 * h);
-    const std::array<std::span<Vec3>, 1> velocity = {job.phyxels.velocity};
-    contacts_.stop(velocity);
+// before, after: shares of the step that are over.
+void ExplicitSolver::Group::substep(double h, double before, double after) {
+    for (const Job& job : jobs) {
+        job.solver.add_hold_work(job, h);
+        job.solver.kick(job, 0.5 * h);
+    }
+    // The impulses before the first drift are those of half a substep, like the kick.
+    record_velocities();
+    contacts.push(position, velocity, h, before > 0 ? h : 0.5 * h, before);
+    add_contact_work(before > 0 ? DriftsAround::both : DriftsAround::next);
+    last_substep = h;
+    for (const Job& job : jobs) {
+        job.solver.drift(job, h, after);
+        job.solver.deform(job, h);
+    }
+    find_forces();
+    for (const Job& job : jobs) {
+        job.solver.add_hold_work(job, h);
+        job.solver.kick(job, 0.5 * h);
+    }
+}
+
+void ExplicitSolver::Group::record_velocities() {
+    for (std::uint32_t k = 0; k < jobs.size(); ++k) {
+        std::vector<Vec3>& before = jobs[k].solver.velocity_before_;
+        before.clear();
+        for (const std::uint32_t i : contacts.touched(k)) before.push_back(velocity[k][i]);
+    }
+}
+
+// Counts the work of the impulses since record_velocities: they act between two drifts, like the other
+// forces of leapfrog. At the start and the end of a step there is one.
+void ExplicitSolver::Group::add_contact_work(DriftsAround drifts) {
+    for (std::uint32_t k = 0; k < jobs.size(); ++k) {
+        const Phyxels& phyxels = jobs[k].phyxels;
+        ExplicitSolver& s = jobs[k].solver;
+        const std::span<const std::uint32_t> touched = contacts.touched(k);
+        s.drift_velocity_.resize(touched.size());
+        for (std::size_t n = 0; n < touched.size(); ++n) {
+            const std::uint32_t i = touched[n];
+            const Vec3 after = velocity[k][i], change = after - s.velocity_before_[n];
+            const Vec3 mean = drifts == DriftsAround::next   ? after
+                              : drifts == DriftsAround::last ? s.drift_velocity_[n]
+                                                             : Vec3(0.5 * (s.drift_velocity_[n] + after));
+            s.drift_velocity_[n] = after;
+            const auto piece = static_cast<std::size_t>(phyxels.piece[i]);
+            const double work = phyxels.mass[i] * change.dot(mean);
+            if (s.held_[i] == 0 && piece < s.contact_work_.size() && std::isfinite(work))
+                s.contact_work_[piece] += work;
+        }
+    }
+}
+
+void ExplicitSolver::Group::find_forces() {
+    for (const Job& job : jobs) job.solver.find_forces(job);
+    if (!handle_springs.empty()) contacts.add_handle_springs(position, force);
 }
 
 void ExplicitSolver::deform(const Job& job, double h) {
@@ -221,11 +373,6 @@ void ExplicitSolver::deform(const Job& job, double h) {
 // substep ago.
 void ExplicitSolver::find_forces(const Job& job) {
     elastic_.forces(force_, job.parallel);
-    if (!job.input.contacts.handle_springs.empty()) {
-        const std::array<std::span<const Vec3>, 1> position = {job.phyxels.position};
-        const std::array<std::span<Vec3>, 1> force = {force_};
-        contacts_.add_handle_springs(position, force);
-    }
     if (!(job.material.stiffness_damping > 0)) return;
     elastic_.apply_stiffness(job.material.stiffness_damping, zeros_, job.phyxels.velocity, damping_,
                              job.parallel, 0);
@@ -254,7 +401,6 @@ void ExplicitSolver::drift(const Job& job, double h, double done) {
             const Vec3 displacement = job.input.held_position[i] - start_position_[i];
             phyxels.position[i] =
                 done == 1 ? job.input.held_position[i] : Vec3(start_position_[i] + done * displacement);
-            phyxels.velocity[i] = displacement / job.input.dt;
             return;
         }
         phyxels.position[i] += h * phyxels.velocity[i];
@@ -264,16 +410,14 @@ void ExplicitSolver::drift(const Job& job, double h, double done) {
             phyxels.velocity[i].setZero();
         }
     });
-    const std::array<std::span<Vec3>, 1> position = {phyxels.position};
-    contacts_.separate_points(position, done);
 }
 
-void ExplicitSolver::restore_momenta(const Job& job) {
+void ExplicitSolver::restore_momenta(const Job& job, const ContactInput& contacts, std::uint32_t part) {
     for (std::size_t i = 0; i < job.phyxels.size(); ++i)
         if (held_[i] != 0 || failed_[i] != 0) momenta_.bind(job.phyxels.piece[i]);
-    for (const HandleSpring& handle_spring : job.input.contacts.handle_springs)
-        momenta_.bind(job.phyxels.piece[handle_spring.phyxel]);
-    momenta_.join_touching(job.phyxels, job.input.contacts, 0);
+    for (const HandleSpring& handle_spring : contacts.handle_springs)
+        if (handle_spring.part == part) momenta_.bind(job.phyxels.piece[handle_spring.phyxel]);
+    momenta_.join_touching(job.phyxels, contacts, part);
     const double damping_factor = std::exp(-job.material.mass_damping * job.input.dt);
     if (damping_factor > 0)
         momenta_.restore(job.phyxels, damping_factor, gravity_time_ / damping_factor * job.input.gravity, {},

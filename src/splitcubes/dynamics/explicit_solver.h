@@ -24,20 +24,39 @@ namespace splitcubes::meshless {
 /// volume stiffness again every few substeps. A phyxel lighter than a fiftieth of the mean mass moves as if
 /// it had that mass; momenta are restored as in ImplicitSolver.
 ///
-/// Contacts: impulses in every substep (contact/response/contact_impulses.h). Held phyxels move along
-/// straight lines. All state is in Phyxels; this object holds buffers only.
+/// Contacts: impulses in every substep (contact/response/contact_impulses.h), on the velocities between two
+/// drifts, and once more at the end of the step. Bodies in contact take the same substeps. Held phyxels move
+/// along straight lines. All state is in Phyxels; this object holds buffers only.
 class ExplicitSolver {
   public:
-    /// Takes one step. Throws InputError like check_step_input, and JobError if a step would need more than a
-    /// hundred thousand substeps.
-    SolverReport step(Phyxels& phyxels, const Neighbourhoods& neighbourhoods, const Material& material,
-                      const StepInput& input, const SolverOptions& options, const Parallel& parallel);
+    /// One of several bodies that are in contact with each other.
+    struct Member {
+        ExplicitSolver& solver;
+        Phyxels& phyxels;
+        const Neighbourhoods& neighbourhoods;
+        const Material& material;
+        const StepInput& input;    // `contacts` is ignored
+        SolverReport report = {};  // output
+    };
+    /// Steps all members; part k of the contacts is member k, and all use the same dt. Returns false if that
+    /// takes more than max_substeps_per_step substeps; then nothing has changed. Throws InputError like
+    /// check_step_input.
+    static bool step_together(std::span<Member> members, const ContactInput& contacts,
+                              const SolverOptions& options, const Parallel& parallel);
+    /// Steps one body with the contacts of its input.
+    bool step(Phyxels& phyxels, const Neighbourhoods& neighbourhoods, const Material& material,
+              const StepInput& input, const SolverOptions& options, SolverReport& report,
+              const Parallel& parallel);
     /// Returns the work of moving held phyxels on each piece in the last step, J: their forces times their
     /// displacements, summed over substeps. Empty if none moved.
     std::span<const double> hold_work() const { return hold_work_; }
+    /// Returns the work of contacts on each piece in the last step, J. Empty if there were
+    /// none.
+    std::span<const double> contact_work() const { return contact_work_; }
 
   private:
     struct Job {
+        ExplicitSolver& solver;
         Phyxels& phyxels;
         const Neighbourhoods& neighbourhoods;
         const Material& material;
@@ -45,35 +64,71 @@ class ExplicitSolver {
         const Parallel& parallel;
         int refinement;
     };
+    /// Drifts between which impulses act.
+    enum class DriftsAround : std::uint8_t { next, both, last };
+    /// Bodies that step together, as spans over their arrays.
+    struct Group {
+        std::vector<Job> jobs;
+        ContactImpulses contacts;
+        std::vector<ContactImpulses::Part> parts;
+        std::vector<std::span<Vec3>> velocity, force;
+        std::vector<std::span<const Vec3>> position;
+        std::vector<std::span<std::uint8_t>> touching;
+        std::span<const HandleSpring> handle_springs;
+        double dt = 0;            // s
+        double last_substep = 0;  // s
+        bool changes = false;     // the stiffness of some member grows with its stretch
+
+        void clear();
+        void add(const Job& job);
+        bool take_substeps(int& substeps);
+        int substeps_for(int before, int iterations);
+        double largest_stretch() const;
+        void substep(double h, double before, double after);
+        void record_velocities();
+        void add_contact_work(DriftsAround drifts);
+        void find_forces();
+        void finish();
+    };
     void begin(const Job& job);
+    void save_start(const Job& job);
+    void restore_start(const Job& job) const;
     void draw_initial_mode(const Job& job);
     double highest_frequency(const Job& job, int iterations);
     double frequency_at_rest(const Job& job);
     void deform(const Job& job, double h);
     double max_stable_step(const Job& job, int iterations);
     int substeps_for(const Job& job, int before, int iterations);
-    int take_substeps(const Job& job);
     double largest_stretch(const Job& job) const;
-    void substep(const Job& job, double h, double done);
     void find_forces(const Job& job);
     void kick(const Job& job, double h);
     void drift(const Job& job, double h, double done);
-    void restore_momenta(const Job& job);
+    void end(const Job& job, const ContactInput& contacts, std::uint32_t part, bool restore_momentum,
+             SolverReport& report);
+    void restore_momenta(const Job& job, const ContactInput& contacts, std::uint32_t part);
     void add_hold_work(const Job& job, double h);
 
     SlicedElasticity elastic_;
     StateDescriber describe_;
     ChunkSum sum_;
     MomentumKeeper momenta_;
-    ContactImpulses contacts_;
+    Group group_;                         // used by the first member
     std::vector<double> effective_mass_;  // kg, per phyxel
     std::vector<double> inverse_mass_;    // 1/kg, per phyxel
     std::vector<double> zeros_;           // zeros, per phyxel
     std::vector<Vec3> force_, damping_;   // N
     std::vector<Vec3> mode_, product_;    // power iteration: mode (m), and M^-1 K times it (m/s^2)
     std::vector<Vec3> start_position_, start_velocity_;  // m, m/s, before the step
-    std::vector<std::uint8_t> held_, failed_;            // per phyxel, of this step
-    std::vector<double> hold_work_;                      // J, per piece
+    /// State before the step, besides positions and velocities, if substeps may have to be undone.
+    struct Start {
+        bool is_kept = false;
+        std::vector<Mat3> rotation, deformation, plastic_strain;
+    };
+    Start start_;
+    std::vector<std::uint8_t> held_, failed_;       // per phyxel, of this step
+    std::vector<double> hold_work_, contact_work_;  // J, per piece
+    // m/s, per touched phyxel: before an impulse, and in the last drift.
+    std::vector<Vec3> velocity_before_, drift_velocity_;
     /// Cached w of plain corotated material, and what it was computed for.
     struct FrequencyCache {
         std::uint64_t revision = 0;

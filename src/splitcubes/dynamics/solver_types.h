@@ -31,6 +31,7 @@ struct SolverReport {
     int iterations = 0;              // conjugate gradient iterations over all solves of the step
     int solves = 0;                  // 1, 2 with TR-BDF2, more if contacts changed; 0 if explicit
     int substeps = 1;                // substeps of an explicit step
+    bool took_implicit = false;      // an explicit step that needed too many substeps
     double residual = 0;             // relative to the forces of the step, after the last solve
     std::size_t inverted = 0;        // phyxels with det F <= 0 after the step
     std::size_t rank_deficient = 0;  // phyxels whose neighbourhood has rank below 3

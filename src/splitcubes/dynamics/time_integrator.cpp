@@ -12,7 +12,7 @@ SolverReport TimeIntegrator::step_elastic(Phyxels& phyxels, const Neighbourhoods
                                           const SolverOptions& options, const Parallel& parallel) {
     check_step_input(phyxels, input);
     if (!options.guard_energy) return step_once(phyxels, neighbourhoods, material, input, options, parallel);
-    const bool is_explicit = options.kind == SolverKind::explicit_steps;
+    bool is_explicit = options.kind == SolverKind::explicit_steps;
     const std::array<int, 3>& divisions =
         is_explicit ? tuning::energy::explicit_divisions : tuning::energy::implicit_divisions;
     const double tolerance =
@@ -26,7 +26,8 @@ SolverReport TimeIntegrator::step_elastic(Phyxels& phyxels, const Neighbourhoods
     guard_.begin(phyxels, neighbourhoods, material, input, parallel);
     SolverReport report = step_once(phyxels, neighbourhoods, material, input, options, parallel);
     for (std::size_t k = 0;; ++k) {
-        guard_.count_contacts(phyxels, input.contacts, 0, !is_explicit);
+        is_explicit = is_explicit && !report.took_implicit;
+        guard_.count_contacts(phyxels, input.contacts, 0, contact_work_);
         const bool strained =
             guard_.evaluate(phyxels, neighbourhoods, material, input, tolerance, hold_work_, parallel);
         if (!strained || k == max_repetitions) break;
@@ -42,36 +43,80 @@ SolverReport TimeIntegrator::step_elastic(Phyxels& phyxels, const Neighbourhoods
     return report;
 }
 
-void TimeIntegrator::watch(const Phyxels& phyxels, const Neighbourhoods& neighbourhoods,
-                           const Material& material, const StepInput& input, const SolverOptions& options,
-                           const Parallel& parallel) {
-    if (options.guard_energy) guard_.begin(phyxels, neighbourhoods, material, input, parallel);
-}
-
-void TimeIntegrator::correct(Phyxels& phyxels, const Neighbourhoods& neighbourhoods, const Material& material,
-                             const StepInput& input, const ContactInput& contacts, std::uint32_t substep,
-                             const SolverOptions& options, SolverReport& report, const Parallel& parallel) {
-    if (!options.guard_energy) return;
-    guard_.count_contacts(phyxels, contacts, substep, options.kind != SolverKind::explicit_steps);
-    guard_.evaluate(phyxels, neighbourhoods, material, input, tuning::energy::implicit_tolerance, {},
-                    parallel);
-    guard_.enforce(phyxels, neighbourhoods, material, input, report, parallel);
-}
-
 SolverReport TimeIntegrator::step_once(Phyxels& phyxels, const Neighbourhoods& neighbourhoods,
                                        const Material& material, const StepInput& input,
                                        const SolverOptions& options, const Parallel& parallel) {
     if (options.kind != SolverKind::explicit_steps) {
-        hold_work_ = {};
+        hold_work_ = contact_work_ = {};
         // Contacts belong to the whole step, which is therefore not divided.
         if (options.scheme == TimeScheme::tr_bdf2 && input.contacts.empty() &&
             !rotates_fast(phyxels, input, parallel))
             return step_in_two_stages(phyxels, neighbourhoods, material, input, options, parallel);
         return implicit_.step(phyxels, neighbourhoods, material, input, options, parallel);
     }
-    const SolverReport report = explicit_.step(phyxels, neighbourhoods, material, input, options, parallel);
-    hold_work_ = explicit_.hold_work();
+    SolverReport report;
+    if (explicit_.step(phyxels, neighbourhoods, material, input, options, report, parallel)) {
+        hold_work_ = explicit_.hold_work();
+        contact_work_ = explicit_.contact_work();
+        return report;
+    }
+    report = step_once(phyxels, neighbourhoods, material, input, implicit_instead(options), parallel);
+    phyxels.substeps = 0;
+    report.took_implicit = true;
     return report;
+}
+
+// Returns the options of a step that would need too many explicit substeps.
+SolverOptions TimeIntegrator::implicit_instead(SolverOptions options) {
+    options.kind = SolverKind::implicit_steps;
+    options.refinement = 1;
+    return options;
+}
+
+void TimeIntegrator::step_together(std::span<Member> members, const ContactInput& contacts,
+                                   const SolverOptions& options, const Parallel& parallel) {
+    for (Member& m : members)
+        if (options.guard_energy)
+            m.solver.guard_.begin(m.phyxels, m.neighbourhoods, m.material, m.input, parallel);
+    const bool is_explicit = solve_together(members, contacts, options, parallel);
+    if (!options.guard_energy) return;
+    const double tolerance =
+        is_explicit ? tuning::energy::explicit_tolerance : tuning::energy::implicit_tolerance;
+    for (std::uint32_t k = 0; k < members.size(); ++k) {
+        Member& m = members[k];
+        EnergyGuard& guard = m.solver.guard_;
+        guard.count_contacts(m.phyxels, contacts, k,
+                             is_explicit ? m.solver.explicit_.contact_work() : std::span<const double>());
+        guard.evaluate(m.phyxels, m.neighbourhoods, m.material, m.input, tolerance,
+                       is_explicit ? m.solver.explicit_.hold_work() : std::span<const double>(), parallel);
+        guard.enforce(m.phyxels, m.neighbourhoods, m.material, m.input, m.report, parallel);
+    }
+}
+
+// Returns whether the step was explicit.
+bool TimeIntegrator::solve_together(std::span<Member> members, const ContactInput& contacts,
+                                    const SolverOptions& options, const Parallel& parallel) {
+    if (options.kind == SolverKind::explicit_steps) {
+        std::vector<ExplicitSolver::Member>& parts = members[0].solver.explicit_members_;
+        parts.clear();
+        for (Member& m : members)
+            parts.push_back({m.solver.explicit_, m.phyxels, m.neighbourhoods, m.material, m.input});
+        if (ExplicitSolver::step_together(parts, contacts, options, parallel)) {
+            for (std::size_t k = 0; k < members.size(); ++k) members[k].report = parts[k].report;
+            return true;
+        }
+    }
+    std::vector<ImplicitSolver::Member>& parts = members[0].solver.implicit_members_;
+    parts.clear();
+    for (Member& m : members)
+        parts.push_back({m.solver.implicit_, m.phyxels, m.neighbourhoods, m.material, m.input});
+    ImplicitSolver::step_together(parts, contacts, implicit_instead(options), parallel);
+    for (std::size_t k = 0; k < members.size(); ++k) {
+        members[k].report = parts[k].report;
+        members[k].report.took_implicit = options.kind == SolverKind::explicit_steps;
+        if (members[k].report.took_implicit) members[k].phyxels.substeps = 0;
+    }
+    return false;
 }
 
 // Repeats the step: explicit with more substeps, implicit by backward Euler in equal substeps.

@@ -8,7 +8,8 @@
 
 namespace splitcubes::meshless {
 
-/// Steps with one of the solvers. They can alternate, since all state is in Phyxels. EnergyGuard checks and
+/// Steps with one of the solvers. They can alternate, since all state is in Phyxels: a body that needs too
+/// many explicit substeps takes the step implicitly, together with what it touches. EnergyGuard checks and
 /// corrects the result of each step.
 class TimeIntegrator {
   public:
@@ -35,15 +36,19 @@ class TimeIntegrator {
         write_phyxels(phyxels);
         for (const RigidPiece& body : phyxels.rigid.bodies) report.contacts += body.touching;
     }
-    ImplicitSolver& implicit_solver() { return implicit_; }
-    /// For bodies that step together (ImplicitSolver::step_together), called between begin and end: watch
-    /// records the state before the step, correct corrects energy excesses after it. The step is not
-    /// repeated.
-    void watch(const Phyxels& phyxels, const Neighbourhoods& neighbourhoods, const Material& material,
-               const StepInput& input, const SolverOptions& options, const Parallel& parallel);
-    void correct(Phyxels& phyxels, const Neighbourhoods& neighbourhoods, const Material& material,
-                 const StepInput& input, const ContactInput& contacts, std::uint32_t part,
-                 const SolverOptions& options, SolverReport& report, const Parallel& parallel);
+    /// One of several bodies that are in contact with each other.
+    struct Member {
+        TimeIntegrator& solver;
+        Phyxels& phyxels;
+        const Neighbourhoods& neighbourhoods;
+        const Material& material;
+        const StepInput& input;    // `contacts` is ignored
+        SolverReport report = {};  // output
+    };
+    /// Steps bodies together, between begin and end of each. Part k of the contacts is member k. Corrects
+    /// energy excesses; the step is not repeated.
+    static void step_together(std::span<Member> members, const ContactInput& contacts,
+                              const SolverOptions& options, const Parallel& parallel);
 
   private:
     SolverReport step_elastic(Phyxels& phyxels, const Neighbourhoods& neighbourhoods,
@@ -54,6 +59,9 @@ class TimeIntegrator {
     SolverReport step_with_substeps(Phyxels& phyxels, const Neighbourhoods& neighbourhoods,
                                     const Material& material, const StepInput& input, SolverOptions options,
                                     int division, const Parallel& parallel);
+    static SolverOptions implicit_instead(SolverOptions options);
+    static bool solve_together(std::span<Member> members, const ContactInput& contacts,
+                               const SolverOptions& options, const Parallel& parallel);
     bool rotates_fast(const Phyxels& phyxels, const StepInput& input, const Parallel& parallel);
     SolverReport step_in_two_stages(Phyxels& phyxels, const Neighbourhoods& neighbourhoods,
                                     const Material& material, const StepInput& input, SolverOptions options,
@@ -88,12 +96,15 @@ class TimeIntegrator {
     ImplicitSolver implicit_;
     ExplicitSolver explicit_;
     EnergyGuard guard_;
-    std::span<const double> hold_work_;         // J, per piece, of the last explicit step
-    Start stage_start_;                         // of a step in two stages
-    std::vector<Vec3> substep_position_;        // m, world, of held phyxels after a substep
-    std::vector<CachedContact> contact_cache_;  // before the step
-    std::vector<std::uint8_t> held_;            // per phyxel, held or rigid
-    std::vector<Vec3> held_position_;           // per phyxel, m, world
+    // Buffers of the first member of a step of several bodies.
+    std::vector<ImplicitSolver::Member> implicit_members_;
+    std::vector<ExplicitSolver::Member> explicit_members_;
+    std::span<const double> hold_work_, contact_work_;  // J, per piece, of the last explicit step
+    Start stage_start_;                                 // of a step in two stages
+    std::vector<Vec3> substep_position_;                // m, world, of held phyxels after a substep
+    std::vector<CachedContact> contact_cache_;          // before the step
+    std::vector<std::uint8_t> held_;                    // per phyxel, held or rigid
+    std::vector<Vec3> held_position_;                   // per phyxel, m, world
 };
 
 }  // namespace splitcubes::meshless

@@ -200,8 +200,9 @@ inline constexpr int further_power_iterations = 4;
 inline constexpr int substeps_between_estimates = 8;
 /// Growth factor of the largest |F|^2, above 1, after which it is estimated again at once.
 inline constexpr double growth_between_estimates = 1.15;
-/// Maximum number of substeps per step; more is an error for the user, as it would take minutes.
-inline constexpr int max_substeps_per_step = 100000;
+/// Maximum number of substeps per step, 500 to 10000: bodies that need more take the step implicitly. Larger
+/// lets steps take seconds; an implicit step costs as much as a few hundred substeps.
+inline constexpr int max_substeps_per_step = 2000;
 /// Minimum mass that a phyxel moves with, as a share of the mean mass, 0 to 0.2. Larger allows longer
 /// substeps and distorts the motion of light phyxels more.
 inline constexpr double min_mass_share = 0.02;

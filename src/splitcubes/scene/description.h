@@ -334,7 +334,7 @@ struct ColliderDescription {
 
 /// Pieces and bodies against each other.
 struct ContactDescription {
-    bool pieces = false;
+    bool pieces = true;
     double friction = 0.5;  // Coulomb coefficient
     bool operator==(const ContactDescription&) const = default;
 };

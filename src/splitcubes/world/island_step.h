@@ -1,7 +1,7 @@
 // Buffers of the step of a contact island.
 #pragma once
 
-#include <splitcubes/dynamics/implicit/implicit_solver.h>
+#include <splitcubes/dynamics/time_integrator.h>
 #include <splitcubes/world/world.h>
 
 namespace splitcubes::body {
@@ -13,7 +13,7 @@ struct World::IslandStep {
     std::vector<double> limits;
     std::vector<Vec3> handle_forces;
     std::vector<meshless::StepInput> inputs;
-    std::vector<meshless::ImplicitSolver::Member> members;
+    std::vector<meshless::TimeIntegrator::Member> members;
 };
 
 }  // namespace splitcubes::body

@@ -145,11 +145,6 @@ class World {
     void integrate_island(const ContactIsland& island, const StepContext& context, StepReport& report);
     void step_together(const ContactIsland& island, const meshless::ContactInput& contacts,
                        const StepContext& context, StepReport& report);
-    void step_separately(const ContactIsland& island, const meshless::ContactInput& contacts,
-                         const StepContext& context, StepReport& report);
-    void push_between(const ContactIsland& island, std::vector<meshless::Contact>& between,
-                      std::span<const meshless::StepInput> inputs, const StepContext& context,
-                      std::vector<meshless::CachedContact>& next);
 
     WorldSettings settings_;
     std::shared_ptr<const Parallel> parallel_;

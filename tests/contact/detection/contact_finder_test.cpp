@@ -4,11 +4,13 @@
 #include <splitcubes/body/body.h>
 #include <splitcubes/contact/detection/body_view.h>
 #include <splitcubes/contact/detection/contact_finder.h>
+#include <splitcubes/core/random.h>
 #include <splitcubes/geometry/shapes.h>
 #include <splitcubes/world/world.h>
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <memory>
 
 namespace splitcubes::body {
@@ -84,6 +86,58 @@ TEST(ContactFinder, FindsTheSameContactsAsAFreshFinder) {
     EXPECT_GT(contacts, 5000U);
     EXPECT_GT(cut, torn + 100);
     EXPECT_GT(torn, 0U);
+}
+
+// Soft bodies that spin, wobble, are cut and meet: steps without a search are steps without contacts.
+TEST(ContactFinder, StepsWithoutASearchHaveNoContacts) {
+    const auto parallel = std::make_shared<const Parallel>(1);
+    int quiet_steps = 0, steps_with_contacts = 0;
+    Random random(5);
+    for (int k = 0; k < 4; ++k) {
+        SCOPED_TRACE(k);
+        WorldSettings settings;
+        settings.validate_each_step = false;
+        settings.gravity = Vec3(0, 0, k % 2 == 0 ? 0 : -9.81);
+        settings.time_step = 1 / random.uniform(50, 240);
+        World world(settings, parallel);
+        const auto vector = [&](double size) {
+            return Vec3(random.uniform(-size, size), random.uniform(-size, size),
+                        random.uniform(-size, size));
+        };
+        for (const double x : {-0.12, 0.12}) {
+            BodySettings body = rubber(0.0125, std::pow(10, random.uniform(3.5, 5.5)));
+            body.velocity = Vec3(x > 0 ? -0.5 : 0.5, 0, 0) + vector(0.1);
+            body.angular_velocity = vector(4);
+            geometry::TriangleMesh mesh = x < 0 && k < 2 ? geometry::make_torus(0.06, 0.025)
+                                                         : geometry::make_box(Vec3(0.05, 0.09, 0.06));
+            for (Vec3& position : mesh.positions) position += Vec3(x, 0, 0);
+            world.add_body(mesh, body);
+        }
+        if (k % 2 == 1)
+            world.bodies()[0]->add_constraint({[](const Vec3& rest) { return rest.z() > 0.02; },
+                                               [](double) { return Isometry::Identity(); }});
+        const cutting::BladeShape shape = cutting::make_straight_blade({-0.3, 0, 0}, {0.3, 0, 0});
+        world.add_tool(cutting::Blade(
+            "blade", shape,
+            {{0.12, {0, -0.1, 0.01}, Quat::Identity()}, {0.16, {0, 0.1, 0.01}, Quat::Identity()}}));
+        ContactFinder kept;
+        std::vector<ContactIsland> found, expected;
+        while (world.time() < 0.4) {
+            world.step();
+            const std::vector<BodyView> bodies = views_of(world.bodies());
+            kept.find(task_of(world, bodies), *parallel, found);
+            ContactFinder fresh;
+            fresh.find(task_of(world, bodies), *parallel, expected);
+            expect_same(found, expected);
+            if (HasFatalFailure()) return;
+            quiet_steps += kept.was_quiet();
+            std::size_t contacts = 0;
+            for (const ContactIsland& island : found) contacts += island.contacts.size();
+            steps_with_contacts += contacts > 0;
+        }
+    }
+    EXPECT_GT(quiet_steps, 30);
+    EXPECT_GT(steps_with_contacts, 50);
 }
 
 }  // namespace

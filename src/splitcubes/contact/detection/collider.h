@@ -21,7 +21,7 @@ struct Collider {
 
 /// Contact between pieces and bodies.
 struct ContactOptions {
-    bool pieces = false;    // pieces and bodies push on each other, and cut faces of one piece, too
+    bool pieces = true;     // pieces and bodies push on each other, and cut faces of one piece, too
     double friction = 0.5;  // between them, Coulomb coefficient, >= 0
 };
 

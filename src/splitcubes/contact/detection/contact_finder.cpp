@@ -1,6 +1,7 @@
 #include <splitcubes/contact/detection/body_view.h>
 #include <splitcubes/contact/detection/contact_finder.h>
 #include <splitcubes/contact/detection/contact_sides.h>
+#include <splitcubes/contact/detection/quiet_motion.h>
 #include <splitcubes/contact/detection/surface_changes.h>
 #include <splitcubes/contact/detection/surface_sampler.h>
 #include <splitcubes/contact/detection/tuning.h>
@@ -43,7 +44,10 @@ bool ContactFinder::is_listed(const Task& task) {
 }
 
 void ContactFinder::list_samples(const Task& task, const Parallel& parallel) {
-    if (!is_listed(task)) relist(task, parallel);
+    if (is_listed(task)) return;
+    relist(task, parallel);
+    quiet_.forget();
+    quiet_wait_ = steps_without_ = 0;
 }
 
 void ContactFinder::relist(const Task& task, const Parallel& parallel) {
@@ -230,18 +234,6 @@ ContactFinder::KnownSeparations& ContactFinder::take_known() {
     return known;
 }
 
-// Returns how far a phyxel may go in the step beyond its velocity: its change of velocity in the last step,
-// limited to the share of gravity; without history, free fall. m, world.
-Vec3 ContactFinder::drift_of(const Task& task, const meshless::Phyxels& phyxels, std::size_t i) {
-    const Vec3 fall = task.dt * task.gravity;
-    const bool is_known = phyxels.history_step == task.dt && phyxels.restart_history[i] == 0;
-    Vec3 change = is_known ? Vec3(phyxels.velocity[i] - phyxels.previous_velocity[i]) : fall;
-    // Limited because a vibrating phyxel's last acceleration predicts nothing.
-    const double square = change.squaredNorm(), max_square = fall.squaredNorm();
-    if (!(square <= max_square)) change *= std::sqrt(max_square / square);
-    return task.dt * change;
-}
-
 // Measures the mean displacement and, per body, the maximum displacement of a sample in the step. The factor
 // max_weight_sum accounts for weights of both signs.
 void ContactFinder::measure_speeds(const Task& task, const Parallel& parallel) {
@@ -260,7 +252,7 @@ void ContactFinder::measure_speeds(const Task& task, const Parallel& parallel) {
         const auto measure = [&](std::size_t begin, std::size_t end) {
             Speeds& part = bounds_.speeds[begin / speed_grain];
             for (std::size_t i = begin; i < end; ++i) {
-                bounds_.drift[b][i] = drift_of(task, phyxels, i);
+                bounds_.drift[b][i] = drift_of(phyxels, i, task.dt, task.gravity);
                 part.sum += phyxels.velocity[i];
                 part.max_square = std::max(part.max_square, phyxels.velocity[i].squaredNorm());
             }
@@ -488,11 +480,17 @@ void ContactFinder::find(const Task& task, const Parallel& parallel, std::vector
     reserve_chunks(static_cast<std::size_t>(parallel.thread_count()));
     if (task.options.pieces || !task.colliders.empty()) {
         list_samples(task, parallel);
-        measure_speeds(task, parallel);
-        measure_pieces(task, parallel);
-        place_samples(task, parallel);
-        meet_colliders(task, parallel);
-        if (task.options.pieces) meet_pieces(task, parallel);
+        const bool quiet = task.options.pieces && is_quiet(task);
+        if (!quiet || !task.colliders.empty()) {
+            measure_speeds(task, parallel);
+            measure_pieces(task, parallel);
+            place_samples(task, parallel);
+            meet_colliders(task, parallel);
+        }
+        if (task.options.pieces && !quiet) {
+            meet_pieces(task, parallel);
+            find_quiet(task, parallel);
+        }
     }
     found_.order.clear();
     for (const auto& chunk : chunks_.all)

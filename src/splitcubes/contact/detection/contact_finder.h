@@ -4,6 +4,7 @@
 #include <splitcubes/contact/detection/body_view.h>
 #include <splitcubes/contact/detection/collider.h>
 #include <splitcubes/contact/detection/contact_sides.h>
+#include <splitcubes/contact/detection/quiet_motion.h>
 #include <splitcubes/contact/detection/sample_grid.h>
 #include <splitcubes/contact/response/contact.h>
 #include <splitcubes/geometry/box.h>
@@ -64,6 +65,9 @@ class ContactFinder {
     /// touches no other one is an island by itself. Replaces the islands and reuses their memory. Every call
     /// must get the same bodies, in whatever state they are.
     void find(const Task& task, const Parallel& parallel, std::vector<ContactIsland>& islands);
+
+    /// Returns whether the last call of find needed no search between surfaces (QuietMotion).
+    bool was_quiet() const { return quiet_.remembers() && quiet_steps_ > 0; }
 
     /// Sample of elastic surface, as the last call of find listed it.
     struct SurfaceSample {
@@ -236,7 +240,9 @@ class ContactFinder {
     void keep_slots();
     void drop_known(std::uint32_t slot);
     std::uint32_t take_slot();
-    static Vec3 drift_of(const Task& task, const meshless::Phyxels& phyxels, std::size_t i);
+    bool is_quiet(const Task& task);
+    void find_quiet(const Task& task, const Parallel& parallel);
+    bool is_clear(const Task& task, const Parallel& parallel);
     void measure_speeds(const Task& task, const Parallel& parallel);
     void measure_pieces(const Task& task, const Parallel& parallel);
     double piece_displacement(const Sample& sample) const;
@@ -345,8 +351,12 @@ class ContactFinder {
     Placement placement_;
     MotionBounds bounds_;
     std::vector<SampleGrid::Motion> motions_;  // per sample that the grid keeps
-    SampleGrid grid_;
-    std::mutex mutex_;  // guards chunks_ and known_
+    SampleGrid grid_, clear_grid_;
+    QuietMotion quiet_;
+    int quiet_wait_ = 0;     // steps without contacts before a state is tested
+    int steps_without_ = 0;  // such steps in a row
+    int quiet_steps_ = 0;    // steps since the remembered state
+    std::mutex mutex_;       // guards chunks_ and known_
     ChunkPool chunks_;
     SortedContacts found_;
     Islands islands_;

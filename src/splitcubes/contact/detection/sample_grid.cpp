@@ -48,30 +48,30 @@ std::uint8_t SampleGrid::bin_of(const Vec3& normal) {
 
 // Per bin, the bins that hold a direction which faces one of its own: the angle between the bin centres plus
 // both half widths exceeds the limit.
-const std::array<std::uint64_t, SampleGrid::bin_count>& SampleGrid::facing_bins() {
-    static const auto table = [] {
-        std::array<Vec3, bin_count> middle;
-        std::array<double, bin_count> width{};
+SampleGrid::FacingBins SampleGrid::find_facing_bins(double cosine) {
+    std::array<Vec3, bin_count> middle;
+    std::array<double, bin_count> width{};
+    for (std::size_t b = 0; b < bin_count; ++b) {
+        const std::size_t u = b % 3, v = b / 3 % 3;
+        middle[b] =
+            on_side(b / 9, 0.5 * (part_ends[u] + part_ends[u + 1]), 0.5 * (part_ends[v] + part_ends[v + 1]));
+        for (const double at_u : {part_ends[u], part_ends[u + 1]})
+            for (const double at_v : {part_ends[v], part_ends[v + 1]})
+                width[b] = std::max(
+                    width[b], std::acos(std::clamp(middle[b].dot(on_side(b / 9, at_u, at_v)), -1.0, 1.0)));
+    }
+    std::array<std::uint64_t, bin_count> out{};
+    for (std::size_t a = 0; a < bin_count; ++a)
         for (std::size_t b = 0; b < bin_count; ++b) {
-            const std::size_t u = b % 3, v = b / 3 % 3;
-            middle[b] = on_side(b / 9, 0.5 * (part_ends[u] + part_ends[u + 1]),
-                                0.5 * (part_ends[v] + part_ends[v + 1]));
-            for (const double at_u : {part_ends[u], part_ends[u + 1]})
-                for (const double at_v : {part_ends[v], part_ends[v + 1]})
-                    width[b] =
-                        std::max(width[b],
-                                 std::acos(std::clamp(middle[b].dot(on_side(b / 9, at_u, at_v)), -1.0, 1.0)));
+            const double angle = std::acos(std::clamp(middle[a].dot(middle[b]), -1.0, 1.0));
+            if (angle + width[a] + width[b] > std::acos(cosine) - 1e-6) out[a] |= std::uint64_t{1} << b;
         }
-        std::array<std::uint64_t, bin_count> out{};
-        for (std::size_t a = 0; a < bin_count; ++a)
-            for (std::size_t b = 0; b < bin_count; ++b) {
-                const double angle = std::acos(std::clamp(middle[a].dot(middle[b]), -1.0, 1.0));
-                if (angle + width[a] + width[b] > std::acos(facing_cosine) - 1e-6)
-                    out[a] |= std::uint64_t{1} << b;
-            }
-        return out;
-    }();
-    return table;
+    return out;
+}
+
+const SampleGrid::FacingBins& SampleGrid::facing_bins() {
+    if (facing_.cosine != reach_.cosine) facing_ = {reach_.cosine, find_facing_bins(reach_.cosine)};
+    return facing_.bins;
 }
 
 // Clamps before the conversion, so that neither far points nor NaNs overflow.
@@ -172,7 +172,7 @@ void SampleGrid::find_bins_around(const Parallel& parallel) {
 void SampleGrid::choose_kept(std::span<const Vec3> points, const Parallel& parallel,
                              const RefineCallback& refine) {
     constexpr std::size_t grain = 1024;
-    const std::array<std::uint64_t, bin_count>& facing = facing_bins();
+    const FacingBins& facing = facing_bins();
     kept_.clear();
     for (std::uint32_t i = 0; i < points.size(); ++i)
         if ((bins_around_[cell_[i]] & facing[bin_[i]]) != 0) kept_.push_back(i);
@@ -303,7 +303,7 @@ void SampleGrid::find_facing(std::size_t of, double radius, double height,
                             to_float(own.drift.z()),
                             to_float(radius + slack),
                             to_float(reach + slack),
-                            static_cast<float>(facing_cosine + 1e-5),
+                            static_cast<float>(reach_.cosine + 1e-5),
                             to_float(height + slack)};
     const FacingLanes lanes{lanes_[0].data(), lanes_[1].data(), lanes_[2].data(),  lanes_[3].data(),
                             lanes_[4].data(), lanes_[5].data(), lanes_[6].data(),  lanes_[7].data(),
@@ -319,7 +319,7 @@ void SampleGrid::find_facing(std::size_t of, double radius, double height,
         const Vec3 offset = point - other.point;
         const double squared_distance = offset.squaredNorm(), cosine = normal.dot(other.normal);
         const double limit = std::min(radius, reach + other.motion.extra_reach);
-        if (!(squared_distance < limit * limit && cosine < facing_cosine)) continue;
+        if (!(squared_distance < limit * limit && cosine < reach_.cosine)) continue;
         const double point_height = other.normal.dot(offset);
         const double change = other.normal.dot(own.displacement - other.motion.displacement) +
                               std::min(0.0, other.normal.dot(own.drift - other.motion.drift));

@@ -37,6 +37,7 @@ class SampleGrid {
     /// `extra_reach` of both, and less than `max`. 0 < min <= max <= 3 min.
     struct Reach {
         double min = 1, max = 1;
+        double cosine = facing_cosine;  // dot product of normals below which two points face each other
     };
     /// Gets the indices of the points that are kept.
     using RefineCallback = std::function<void(std::span<const std::uint32_t> kept)>;
@@ -57,7 +58,9 @@ class SampleGrid {
     const Vec3& normal(std::size_t entry) const { return sorted_[entry].normal; }
 
     /// Returns false only if no point within reach of the entry faces it.
-    bool may_face(std::size_t entry) const { return around_[sorted_[entry].cell].may_face(normal(entry)); }
+    bool may_face(std::size_t entry) const {
+        return around_[sorted_[entry].cell].may_face(normal(entry), reach_.cosine);
+    }
 
     /// Returns true only if all points within reach of the entry that may face any point have its owner.
     bool is_among_own(std::size_t entry) const {
@@ -103,16 +106,18 @@ class SampleGrid {
             last_owner = std::max(last_owner, other.last_owner);
         }
         /// Returns whether a normal within the bounds faces this one.
-        bool may_face(const Vec3& normal) const {
+        bool may_face(const Vec3& normal, double cosine) const {
             double min_dot = 0;
             for (std::size_t k = 0; k < 3; ++k) {
                 const double n = normal[static_cast<Eigen::Index>(k)];
                 min_dot += n * static_cast<double>(n > 0 ? low[k] : high[k]);
             }
-            return !(min_dot > facing_cosine + 1e-6);
+            return !(min_dot > cosine + 1e-6);
         }
     };
-    static const std::array<std::uint64_t, bin_count>& facing_bins();
+    using FacingBins = std::array<std::uint64_t, bin_count>;
+    static FacingBins find_facing_bins(double cosine);
+    const FacingBins& facing_bins();
     static std::uint8_t bin_of(const Vec3& normal);
     Vec3i cell_at(const Vec3& point) const;
     std::size_t cell_index(int x, int y, int z) const {
@@ -144,6 +149,12 @@ class SampleGrid {
     Vec3 origin_ = Vec3::Zero();  // m, low corner
     double size_ = 1;             // m, of a cell
     Reach reach_;
+    /// Bins that face each other below a dot product of normals.
+    struct FacingTable {
+        double cosine = 2;  // above 1: none
+        FacingBins bins{};
+    };
+    FacingTable facing_;
     bool any_wide_ = false;  // whether any cell is wide: some extra reach exceeds what the cell size covers
     int rings_ = 1;          // cells that are reached from a wide one, in each direction
     double cells_per_metre_ = 1;

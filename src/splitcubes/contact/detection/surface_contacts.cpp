@@ -344,4 +344,61 @@ void ContactFinder::meet_pieces(const Task& task, const Parallel& parallel) {
     });
 }
 
+// Returns whether the step needs no search for contacts between surfaces.
+bool ContactFinder::is_quiet(const Task& task) {
+    if (!quiet_.remembers()) return false;
+    if (quiet_.holds(task.bodies, {task.dt, task.gravity})) {
+        ++quiet_steps_;
+        return true;
+    }
+    quiet_.forget();
+    quiet_wait_ = quiet_steps_ > 2 * quiet_wait_ ? tuning::quiet::first_wait
+                                                 : std::min(2 * quiet_wait_, tuning::quiet::max_wait);
+    steps_without_ = 0;
+    return false;
+}
+
+// Remembers the state if nothing has touched for some steps and nothing is near to it.
+void ContactFinder::find_quiet(const Task& task, const Parallel& parallel) {
+    const bool has_fragments = std::any_of(task.bodies.begin(), task.bodies.end(), [](const BodyView& body) {
+        return !body.phyxels.rigid.bodies.empty();
+    });
+    if (list_.samples.empty() || has_fragments) return;
+    const bool any = std::any_of(chunks_.all.begin(), chunks_.all.end(), [](const auto& chunk) {
+        return std::any_of(chunk->keys.begin(), chunk->keys.end(),
+                           [](std::uint64_t key) { return (key >> 32 & 0xffff) == 0; });
+    });
+    quiet_wait_ = std::max(quiet_wait_, tuning::quiet::first_wait);
+    steps_without_ = any ? 0 : steps_without_ + 1;
+    if (steps_without_ < quiet_wait_) return;
+    steps_without_ = quiet_steps_ = 0;
+    if (is_clear(task, parallel))
+        quiet_.remember(task.bodies);
+    else
+        quiet_wait_ = std::min(2 * quiet_wait_, tuning::quiet::max_wait);
+}
+
+// Returns whether no samples of a piece that may meet are near each other.
+bool ContactFinder::is_clear(const Task& task, const Parallel& parallel) {
+    const double clearance = tuning::quiet::clearance_share * search_range(task).spacing;
+    const double radius = search_range(task).radius + clearance;
+    const double limit = tuning::contacts::speculative_share * search_range(task).spacing + clearance;
+    const std::vector<SampleGrid::Motion> at_rest(list_.samples.size());
+    clear_grid_.build(placement_.position, placement_.normal, at_rest, placement_.owner,
+                      {radius, radius, tuning::quiet::clear_cosine}, parallel);
+    std::vector<std::uint32_t> scratch;
+    std::vector<SampleGrid::FacingPoint> faced;
+    for (std::size_t entry = 0; entry < clear_grid_.size(); ++entry) {
+        clear_grid_.find_facing(entry, unlimited, limit, scratch, faced);
+        const std::uint32_t k = clear_grid_.index(entry);
+        for (const SampleGrid::FacingPoint& other : faced) {
+            const std::uint32_t n = clear_grid_.index(other.entry);
+            const Sample &one = list_.samples[k], &two = list_.samples[n];
+            // Pieces are kept apart by their boxes.
+            if (one.body == two.body && one.piece == two.piece && may_meet(task, k, n)) return false;
+        }
+    }
+    return true;
+}
+
 }  // namespace splitcubes::body

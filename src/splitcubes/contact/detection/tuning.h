@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstddef>
+
 /// Tuning constants of contact search and rigid fragments: tolerances, shares, limits and iteration counts
 /// that decide about behaviour, accuracy or time, grouped by subject. Each comment gives the unit (none for
 /// pure numbers; spacings: mean distances of phyxels), the sensible range and the effect of larger and
@@ -121,6 +123,43 @@ inline constexpr double max_vertex_offset_share = 0.5;
 inline constexpr double max_weight_sum = 4;
 
 }  // namespace contacts
+
+/// Steps that need no search for contacts (quiet_motion.cpp, contact_finder.cpp). Lengths in spacings. The
+/// clearance exceeds what the motion within the other bounds can close, so that a search would find nothing.
+namespace quiet {
+
+/// Clearance around each sample beyond the search radius in the remembered state, 0.5 to 2. Larger finds
+/// fewer such states.
+inline constexpr double clearance_share = 1.5;
+/// Dot product of normals below which samples face each other there, from facing_cosine to 0: bounds the
+/// rotation of normals against each other. Larger finds fewer states.
+inline constexpr double clear_cosine = -0.1;
+/// Displacement of a phyxel beyond the rigid motion of its piece, 0.05 to 0.3. Two samples may take twice
+/// this, that of max_motion_share and their weights out of the clearance: larger may miss contacts, smaller
+/// lasts shorter.
+inline constexpr double max_displacement_share = 0.2;
+/// The same for the motion in the coming step.
+inline constexpr double max_motion_share = 0.2;
+/// Displacement beyond which the deformation of the phyxels is compared, too, 0.01 to 0.05: it turns normals.
+/// Larger may miss contacts, smaller costs time.
+inline constexpr double bending_displacement_share = 0.03;
+/// Change of a deformation gradient, 0.05 to 0.15. Two normals turn by twice this, which must stay below what
+/// clear_cosine leaves. Larger may miss contacts, smaller lasts shorter.
+inline constexpr double max_deformation = 0.12;
+/// rad, rotation of a piece in a step, 0.01 to 0.1.
+inline constexpr double max_rotation = 0.1;
+/// Distance between the bounding boxes of the phyxels of two pieces, from 5: the search radius and what
+/// surfaces lie outside their phyxels.
+inline constexpr double apart_share = 6;
+/// Pieces beyond which steps are searched always, 8 to 1000: all pairs are compared.
+inline constexpr std::size_t max_pieces = 64;
+/// Steps without contacts after which a state is tested for clearance, 1 to 10; doubled up to max_wait
+/// whenever a state did not last. Fewer test in vain; more search in vain.
+inline constexpr int first_wait = 2;
+/// Its maximum, 16 to 256.
+inline constexpr int max_wait = 64;
+
+}  // namespace quiet
 
 /// Contacts of rigid fragments (rigid_contacts.cpp, rigid_contacts_push.cpp; docs/contact.md). Lengths in
 /// spacings unless stated; the shares and cosines of the search act as those of contacts.

@@ -407,6 +407,7 @@ ContactForces::ForceSums ContactForces::revise_row(std::size_t r, ConstField pos
                           : row.offset;
     std::swap(row.offset, revision.offset);
     const Vec3 admissible = admissible_force(row, displacement, revision.tangent);
+    const bool slides = contact.friction > 0 && revision.tangent < row.normal;
     std::swap(row.offset, revision.offset);
     revision.active = admissible.squaredNorm() > 0 || (row.active && only_add);
     if (row.active && only_add && !(admissible.squaredNorm() > 0)) revision.tangent = 0;
@@ -423,7 +424,9 @@ ContactForces::ForceSums ContactForces::revise_row(std::size_t r, ConstField pos
         revision.active = false;
         return {};
     }
-    return {(admissible - force_before).norm(), admissible.norm()};
+    const Vec3 deviation = admissible - force_before;
+    return {deviation.norm(), admissible.norm(),
+            slides ? along_plane(contact.normal, deviation) : Vec3(Vec3::Zero())};
 }
 
 bool ContactForces::revise(ConstField position, bool only_add, Field change, const Parallel& parallel) {
@@ -438,7 +441,9 @@ bool ContactForces::revise(ConstField position, bool only_add, Field change, con
     handle_stiffness_before_.clear();
     for (const HandleRow& s : handle_springs_) handle_stiffness_before_.push_back(s.stiffness);
     const bool handle_springs = !handle_springs_.empty() && revise_handle_springs(position);
-    if (!(sums.deviation > tuning::contact::force_slack * sums.total) && !handle_springs) return false;
+    if (!(sums.deviation > tuning::contact::force_slack * sums.total) &&
+        (only_add || !(sums.sliding.norm() > tuning::contact::sliding_slack * sums.total)) && !handle_springs)
+        return false;
     listed_ = false;
     apply_revisions(position, change, parallel);
     return true;

@@ -166,7 +166,9 @@ class ContactForces {
     /// Sums over revised rows.
     struct ForceSums {
         double deviation = 0, total = 0;  // N, deviation from the admissible forces, and their sum
+        Vec3 sliding = Vec3::Zero();      // N, summed deviation of friction where contacts slide
         ForceSums& operator+=(const ForceSums& other) {
+            sliding += other.sliding;
             deviation += other.deviation;
             total += other.total;
             return *this;

@@ -33,6 +33,10 @@ inline constexpr double max_stiffness_change = 4;
 /// Share of the summed contact force that may violate the contact law at the end of a step, 0.01 to 0.1.
 /// Larger leaves wrong forces; smaller costs solves.
 inline constexpr double force_slack = 0.03;
+/// Share of the summed contact force by which the friction of all sliding contacts together may miss
+/// Coulomb's law at the end of a step, 1e-4 to 0.01. Larger stops sliding bodies too soon, as the error has
+/// one sign in all steps; smaller costs solves.
+inline constexpr double sliding_slack = 0.003;
 /// Penetration in a step, in depenetrations, above which a hit on a collider is solved again with an offset;
 /// 0 to 1. Larger lets bodies sink in; smaller solves more often (docs/contact.md, hits).
 inline constexpr double impact_share_of_colliders = 0.02;
@@ -62,6 +66,33 @@ inline constexpr double sliding_stiffness_share = 0.5;
 inline constexpr double approach_share = 0.5;
 
 }  // namespace contact
+
+/// Impulses of explicit steps (contact_impulses.cpp).
+namespace impulses {
+
+/// Ratio of contact stiffness to that of the touched phyxels, 0.05 to 0.5. Larger lets undamped bodies
+/// vibrate on their support, as stiff springs reflect waves; smaller lets bodies sink in.
+inline constexpr double stiffness_ratio = 0.2;
+/// Damping of a contact over the critical one of its phyxels' mass on its spring, 0.5 to 2. Values off 1
+/// reflect more of the waves that reach a support.
+inline constexpr double damping_ratio = 1;
+/// In depenetrations, 1 to 5: overlap at which a contact yields no more. Larger lets bodies sink in; smaller
+/// lets loaded supports vibrate.
+inline constexpr double max_overlap = 2.5;
+/// Mobility of a contact as a share of that of free sides without shared phyxels, 0.01 to 0.3, below which it
+/// does not act. Larger lets surfaces pass each other beside holds and at the end of slits; smaller throws
+/// what is pressed on them.
+inline constexpr double least_mobility = 0.1;
+/// Share of that overlap by which rounding and the end of the iterations miss it, 1e-6 to 0.01.
+inline constexpr double limit_slack = 1e-3;
+/// Maximum number of Gauss-Seidel iterations in a substep, 10 to 200. Fewer leave approach where many
+/// contacts lie on each other, which the next substeps remove; more cost time.
+inline constexpr int max_iterations = 50;
+/// Share of the impulses of a substep, 1e-5 to 0.01: iterations end when all of their changes together are
+/// smaller. Larger lets sticking contacts creep; smaller costs time.
+inline constexpr double converged_share = 1e-3;
+
+}  // namespace impulses
 
 /// Polynomial part of the preconditioner of the linear solve (contact_products.cpp; decision 009).
 namespace preconditioner {
