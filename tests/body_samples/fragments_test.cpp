@@ -23,8 +23,11 @@ BodySettings spinning_block(const Vec3& omega) {
 TEST(Fragments, CornersOfASpinningBodyGoOnAsTheyWent) {
     Random random(31);
     int fragments = 0;
+    // Contact would push the corner, whose turning faces meet those of the body.
+    WorldSettings apart = free_space();
+    apart.contact.pieces = false;
     for (int trial = 0; trial < 12; ++trial) {
-        World world(free_space(), threads(2));
+        World world(apart, threads(2));
         const Vec3 omega = 5 * random_direction(random);
         Body& body = world.add_body(geometry::make_box(Vec3(0.2, 0.18, 0.16)), spinning_block(omega));
         const meshless::Momenta before = meshless::total_momenta(body.phyxels());
