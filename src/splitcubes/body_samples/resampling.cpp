@@ -274,9 +274,7 @@ std::vector<Vec3> Resampler::contact_points(const meshless::RigidPiece& body,
                                             std::span<const std::uint32_t> nodes) const {
     std::vector<Vec3i> grid_nodes;
     for (const std::uint32_t n : nodes) grid_nodes.push_back(context_.nodes.node[n]);
-    std::vector<Vec3> points = rigid_outline(context_.grid, surface_, grid_nodes);
-    for (Vec3& point : points) point = body.shape * (point - body.rest_centre);
-    return points;
+    return body::contact_points(context_.grid, surface_, grid_nodes, body);
 }
 
 // Whether a piece has fewer phyxels than its length, m, has spacings. A slab that is cut out between two

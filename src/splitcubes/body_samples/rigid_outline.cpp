@@ -100,6 +100,13 @@ std::vector<Vec3> rigid_outline(const NodeGrid& grid, const Surface& surface, st
     return out;
 }
 
+std::vector<Vec3> contact_points(const NodeGrid& grid, const Surface& surface, std::span<const Vec3i> nodes,
+                                 const meshless::RigidPiece& body) {
+    std::vector<Vec3> points = rigid_outline(grid, surface, nodes);
+    for (Vec3& point : points) point = body.shape * (point - body.rest_centre);
+    return points;
+}
+
 void refresh_outlines(const NodeGrid& grid, const Surface& surface, const splitting::Pieces& pieces,
                       std::span<const std::uint32_t> cells, meshless::RigidPieces& rigid) {
     if (rigid.empty()) return;
@@ -117,9 +124,7 @@ void refresh_outlines(const NodeGrid& grid, const Surface& surface, const splitt
             splitting::collect_small_piece(
                 grid, node, std::numeric_limits<std::size_t>::max(), [](const Vec3i&) { return false; },
                 nodes);
-            std::vector<Vec3> points = rigid_outline(grid, surface, nodes);
-            for (Vec3& point : points) point = body.shape * (point - body.rest_centre);
-            rigid.put(body, points);
+            rigid.put(body, contact_points(grid, surface, nodes, body));
         }
     }
 }

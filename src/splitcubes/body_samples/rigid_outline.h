@@ -8,8 +8,9 @@
 #include <vector>
 
 namespace splitcubes::meshless {
+struct RigidPiece;
 struct RigidPieces;
-}
+}  // namespace splitcubes::meshless
 
 namespace splitcubes::splitting {
 class NodeGrid;
@@ -24,6 +25,10 @@ namespace splitcubes::body {
 /// coordinates.
 std::vector<Vec3> rigid_outline(const splitting::NodeGrid& grid, const splitting::Surface& surface,
                                 std::span<const Vec3i> nodes);
+
+/// Returns the contact points of a rigid piece, its outline; m, in its own frame.
+std::vector<Vec3> contact_points(const splitting::NodeGrid& grid, const splitting::Surface& surface,
+                                 std::span<const Vec3i> nodes, const meshless::RigidPiece& body);
 
 /// Sets the contact points of rigid pieces anew where `cells` of the surface were made again: a cut beside a
 /// piece moves vertices of its surface.

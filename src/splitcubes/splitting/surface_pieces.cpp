@@ -142,7 +142,7 @@ double least_part_area(int k, const Projected& face, const Vec2& centre) {
 
 }  // namespace
 
-// Whether a corner of the cell belongs to a weak piece other than that of the nodes `own`.
+// Returns whether a corner of the cell belongs to a weak piece other than that of the nodes `own`.
 bool Surface::others_are_weak(const SurfaceCell& cell, unsigned corners,
                               const std::vector<Vec3i>& own) const {
     for (; corners != 0; corners &= corners - 1) {
@@ -200,8 +200,8 @@ Surface::Cone Surface::cone(const NodeGrid& grid, const Vec3i& lowest, int corne
     return out;
 }
 
-// Whether the volume of a piece that moves its vertices by a share of their ways is positive, however far
-// others move those that they may move.
+// Returns whether the volume of a piece that moves its vertices by a share of their ways is positive, however
+// far others move those that they may move.
 bool Surface::stays_positive(const NodeGrid& grid, const std::vector<Vec3i>& nodes, double share,
                              bool all_move) const {
     Cone sum;
