@@ -47,7 +47,7 @@ TEST_F(Export, SceneWithTheStrokesCutsTheSame) {
     while (again.state().step < session.state().step) again.frame();
     EXPECT_EQ(again.pieces(), 2U);
     EXPECT_NEAR(static_cast<double>(again.cut_triangles()), static_cast<double>(session.cut_triangles()), 20);
-    const auto &a = session.state().bodies[0].bounds, &b = again.state().bodies[0].bounds;
+    const auto a = session.state().bodies[0].bounds, b = again.state().bodies[0].bounds;
     EXPECT_LT((a.min - b.min).norm() + (a.max - b.max).norm(), 0.004);
 }
 
