@@ -12,6 +12,10 @@ const vec3 FILL_COLOR = vec3(0.80, 0.90, 1.00) * 0.16;
 const vec3 SKY_COLOR = vec3(0.93, 0.97, 1.00) * 0.42;
 const vec3 BOUNCE_COLOR = vec3(1.00, 0.97, 0.94) * 0.20;
 
+#ifdef ALL_LIT
+// Nothing keeps light from anything.
+vec2 visibility_at(vec3 point, vec3 normal) { return vec2(1.0); }
+#else
 // Sky and light seen from a point, from the four half-size pixels around that
 // lie on its plane.
 vec2 visibility_at(vec3 point, vec3 normal) {
@@ -35,6 +39,7 @@ vec2 visibility_at(vec3 point, vec3 normal) {
     }
     return sum.z > 0.02 ? sum.xy / sum.z : nearest.xy;
 }
+#endif
 
 vec3 hemisphere(vec3 normal) {
     return mix(BOUNCE_COLOR, SKY_COLOR, 0.5 + 0.5 * dot(normal, up_in_view));

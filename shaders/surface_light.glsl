@@ -8,7 +8,8 @@ vec3 gloss(vec3 n, vec3 v, vec3 l, vec3 head_on, float roughness) {
     float nh = max(dot(n, h), 0.0), lh = max(dot(l, h), 0.0);
     float a2 = roughness * roughness * roughness * roughness;
     float d = nh * nh * (a2 - 1.0) + 1.0;
-    vec3 fresnel = head_on + (1.0 - head_on) * pow(1.0 - lh, 5.0);
+    float away = (1.0 - lh) * (1.0 - lh);
+    vec3 fresnel = head_on + (1.0 - head_on) * away * away * (1.0 - lh);
     return fresnel * a2 / (4.0 * d * d * max(lh * lh, 0.1) * (roughness + 0.5));
 }
 
@@ -31,14 +32,18 @@ vec3 lit(vec3 position, vec3 n, vec3 albedo, float roughness, float metalness) {
     float fill = 0.5 + 0.5 * dot(n, fill_direction);
     vec3 ambient = (hemisphere(n) + fill * fill * FILL_COLOR) * bounced(seen.x, albedo);
     vec3 key = KEY_COLOR * facing * seen.y * mix(1.0, seen.x, 0.25);
-    float grazing = pow(1.0 - max(dot(n, v), 0.0), 4.0);
+    float slant = (1.0 - max(dot(n, v), 0.0)) * (1.0 - max(dot(n, v), 0.0)), grazing = slant * slant;
     vec3 light = (1.0 - metalness) * albedo * (ambient + key) +
                  KEY_COLOR * facing * seen.y *
                      gloss(n, v, light_in_view, mix(vec3(0.04), albedo, metalness), roughness) +
                  (1.0 - metalness) * SKY_COLOR * seen.x * 0.22 * grazing * (1.0 - 0.6 * roughness);
+#ifdef MATT
+    return light;
+#else
     // Only what is smooth or metal shows its surroundings.
     float wet = (1.0 - metalness) * max(0.0, 1.0 - roughness / 0.3) * (0.06 + 0.6 * grazing);
     if (metalness + wet <= 0.0) return light;
     vec3 around = mirrored(reflect(-v, n), roughness) * mix(1.0, seen.x, 0.6);
     return light + (metalness * albedo + wet) * around;
+#endif
 }

@@ -124,6 +124,16 @@ TEST_F(LiveSurfaceTest, ClipPlaneHidesItsSide) {
     EXPECT_LT(redness(half, 65, 60), -40);
 }
 
+TEST_F(LiveSurfaceTest, ClosedOnesLookTheSameFromOutsideAndAreSeenFromInside) {
+    LiveSurface surface = made();
+    const Picture open = draw(surface);
+    surface.style.is_closed = true;
+    EXPECT_EQ(draw(surface).rgb, open.rgb);
+    camera.eye = Vec3(0.1, 0, 0);
+    EXPECT_GT(std::abs(redness(draw(surface), 80, 60)), 3) << "not the background";
+    EXPECT_LT(redness(draw(surface, {Vec3::UnitX(), 0}), 80, 60), 40);
+}
+
 TEST_F(LiveSurfaceTest, FieldsAndPiecesHaveTheirColours) {
     LiveSurface surface = made();
     surface.style.colouring = SurfaceColouring::field;

@@ -340,6 +340,23 @@ TEST_F(RendererTest, NewOptionsTakeEffect) {
     EXPECT_EQ(picture.rgb, draw(list, from_front, larger).rgb);
 }
 
+TEST_F(RendererTest, AnAreaIsDrawnAsInTheWholePicture) {
+    DrawList list;
+    add_mesh(list, sphere(Vec3::Zero(), 1), Color(0.8, 0.5, 0.3));
+    for (const bool shadows : {true, false}) {
+        RenderOptions options = small();
+        options.shadows = options.ambient_occlusion = shadows;
+        Renderer renderer(*context, options);
+        const Picture whole = renderer.draw(list, from_front);
+        options.area = {101, 37, 99, 120};
+        renderer.set_options(options);
+        const Picture part = renderer.draw(list, from_front);
+        for (int row = 240 - 37 - 120; row < 240 - 37; ++row)
+            ASSERT_TRUE(std::equal(part.pixel(101, row), part.pixel(199, row) + 3, whole.pixel(101, row)))
+                << "row " << row;
+    }
+}
+
 TEST_F(RendererTest, BadInputIsAnInputError) {
     DrawList good;
     add_mesh(good, sphere(Vec3::Zero(), 1), Color(0.8, 0.5, 0.3));

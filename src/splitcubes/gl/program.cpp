@@ -64,12 +64,21 @@ Program::Program(const std::string& name, std::string_view vertex_source, std::s
     throw JobError("shader " + name + " does not link: " + one_line(log));
 }
 
-Program Program::from_files(std::string_view vertex_file, std::string_view fragment_file) {
-    const std::string name = std::string(vertex_file) + " + " + std::string(fragment_file);
+Program Program::from_files(std::string_view vertex_file, std::string_view fragment_file,
+                            std::span<const std::string> defines) {
+    std::string name = std::string(vertex_file) + " + " + std::string(fragment_file);
     for (const std::string_view file : {vertex_file, fragment_file}) {
         if (shader_source(file).empty()) throw JobError("shader " + std::string(file) + " is not built in");
     }
-    return Program(name, shader_source(vertex_file), shader_source(fragment_file));
+    // The first line is the version.
+    std::string fragment(shader_source(fragment_file));
+    std::string lines;
+    for (const std::string& define : defines) {
+        lines += "#define " + define + '\n';
+        name += " " + define;
+    }
+    fragment.insert(fragment.find('\n') + 1, lines);
+    return Program(name, shader_source(vertex_file), fragment);
 }
 
 Program::~Program() {

@@ -4,6 +4,7 @@
 #include <epoxy/gl.h>
 
 #include <array>
+#include <span>
 #include <string>
 #include <string_view>
 
@@ -14,8 +15,10 @@ class Program {
   public:
     /// Compiles and links a program. name is used in messages. Throws JobError with the driver's log.
     Program(const std::string& name, std::string_view vertex_source, std::string_view fragment_source);
-    /// Makes a program from files of shaders/, e.g. ("mesh.vert", "mesh.frag").
-    static Program from_files(std::string_view vertex_file, std::string_view fragment_file);
+    /// Makes a program from files of shaders/, e.g. ("mesh.vert", "mesh.frag"). defines: for the fragment
+    /// shader, e.g. "WITH_FINISHES" or "COLOURING 2".
+    static Program from_files(std::string_view vertex_file, std::string_view fragment_file,
+                              std::span<const std::string> defines = {});
     ~Program();
     Program(Program&& other) noexcept;
     Program& operator=(Program&& other) noexcept;

@@ -6,11 +6,29 @@
 #include <splitcubes/render/packed_scene.h>
 #include <splitcubes/render/picture.h>
 
-#include <array>
 #include <cstddef>
+#include <map>
 #include <string>
+#include <utility>
+#include <vector>
 
 namespace splitcubes::render {
+
+/// A program by what its fragment shader is to do; made when it is needed first.
+class ProgramVariants {
+  public:
+    ProgramVariants(std::string vertex_file, std::string fragment_file)
+        : vertex_(std::move(vertex_file)), fragment_(std::move(fragment_file)) {}
+    const gl::Program& with(const std::vector<std::string>& defines) {
+        const auto known = programs_.find(defines);
+        if (known != programs_.end()) return known->second;
+        return programs_.emplace(defines, gl::Program::from_files(vertex_, fragment_, defines)).first->second;
+    }
+
+  private:
+    std::string vertex_, fragment_;
+    std::map<std::vector<std::string>, gl::Program> programs_;
+};
 
 struct Programs {
     gl::Program shadow = gl::Program::from_files("mesh.vert", "shadow.frag");
@@ -19,14 +37,11 @@ struct Programs {
     gl::Program visibility = gl::Program::from_files("screen.vert", "visibility.frag");
     gl::Program blur = gl::Program::from_files("screen.vert", "visibility_blur.frag");
     gl::Program background = gl::Program::from_files("screen.vert", "background.frag");
-    gl::Program ground = gl::Program::from_files("ground.vert", "ground.frag");
-    gl::Program mesh = gl::Program::from_files("mesh.vert", "mesh.frag");
+    ProgramVariants ground{"ground.vert", "ground.frag"};
+    ProgramVariants mesh{"mesh.vert", "mesh.frag"};
     gl::Program live_shadow = gl::Program::from_files("live.vert", "shadow.frag");
     gl::Program live_surface = gl::Program::from_files("live.vert", "surface.frag");
-    /// Of surfaces without finishes and pictures, without pictures, and of all.
-    std::array<gl::Program, 3> live = {gl::Program::from_files("live.vert", "live.frag"),
-                                       gl::Program::from_files("live.vert", "live_finished.frag"),
-                                       gl::Program::from_files("live.vert", "live_pictured.frag")};
+    ProgramVariants live{"live.vert", "live.frag"};
     gl::Program wire = gl::Program::from_files("live.vert", "wire.frag");
     gl::Program points = gl::Program::from_files("points.vert", "points.frag");
     gl::Program line = gl::Program::from_files("line.vert", "line.frag");

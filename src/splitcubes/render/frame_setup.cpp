@@ -94,6 +94,17 @@ void set_light(FrameSetup& frame, const DrawList& list, const RenderOptions& opt
     frame.light_from_world = half * frame.light_clip_from_view * frame.light_view_from_world;
 }
 
+// A plane cuts them, or the eye is in one of them.
+bool shows_inside(const FrameSetup& frame, const DrawList& list, const Camera& camera) {
+    if (list.clip.normal.norm() > 0) return true;
+    const double reach =
+        frame.near_distance * std::sqrt(1 + frame.tan_half_fov.squaredNorm());  // corners of the near plane
+    return std::any_of(list.surfaces.begin(), list.surfaces.end(), [&](const LiveSurface* surface) {
+        return !surface->style.is_closed ||
+               (!surface->bounds().empty() && surface->bounds().grown(reach).contains(camera.eye));
+    });
+}
+
 }  // namespace
 
 FrameSetup set_up_frame(const DrawList& list, const Camera& camera, const RenderOptions& options) {
@@ -113,6 +124,7 @@ FrameSetup set_up_frame(const DrawList& list, const Camera& camera, const Render
     set_view(frame, camera, static_cast<double>(options.width) / options.height,
              1.5 * ground_side + frame.radius);
     set_light(frame, list, options);
+    frame.shows_inside = shows_inside(frame, list, camera);
     return frame;
 }
 

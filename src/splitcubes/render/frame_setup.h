@@ -21,6 +21,7 @@ struct FrameSetup {
     Vec3 up = Vec3::UnitZ();            // unit
     Vec3 to_light = Vec3::UnitZ();      // unit
     bool ground_visible = false;        // there is a ground and the eye is above it
+    bool shows_inside = false;          // of live surfaces
     Vec3 ground_center = Vec3::Zero();  // m
     Vec3 ground_u = Vec3::UnitX();      // m, half a side of the drawn square
     Vec3 ground_v = Vec3::UnitY();

@@ -39,7 +39,9 @@ struct LiveStyle {
     double age_range_ms = 1;  // age at the lower end of the colour scale
     double field_low = 0;     // value at the lower end of the colour scale
     double field_high = 1;    // value at the upper end
-    double roughness = 0.5;   // 0 mirror .. 1 chalk
+    double roughness = 0.5;   // 0 mirror .. 1 chalk; without finishes from 0.3 on
+    /// The surface is closed: its inside is not seen from outside.
+    bool is_closed = false;
 };
 
 /// Half space that is hidden: points p with normal . p > offset.

@@ -1,12 +1,7 @@
 #include <splitcubes/core/error.h>
 #include <splitcubes/core/memory.h>
 #include <splitcubes/gl/objects.h>
-#include <splitcubes/gl/program.h>
-#include <splitcubes/render/device_objects.h>
-#include <splitcubes/render/frame_setup.h>
-#include <splitcubes/render/live_buffers.h>
-#include <splitcubes/render/packed_scene.h>
-#include <splitcubes/render/renderer.h>
+#include <splitcubes/render/renderer_impl.h>
 
 #include <algorithm>
 #include <array>
@@ -18,29 +13,6 @@
 namespace splitcubes::render {
 
 namespace {
-
-using gl::Program;
-
-constexpr int finish_unit = 2, picture_unit = 3;  // texture units
-constexpr int corner_unit = 4, live_picture_unit = 7;
-
-std::array<float, 16> floats(const Eigen::Matrix4d& matrix) {
-    std::array<float, 16> out{};
-    for (int i = 0; i < 16; ++i) out[static_cast<std::size_t>(i)] = static_cast<float>(matrix.data()[i]);
-    return out;
-}
-
-std::array<float, 3> floats(const Vec3& value) {
-    return {static_cast<float>(value.x()), static_cast<float>(value.y()), static_cast<float>(value.z())};
-}
-
-std::array<float, 2> floats(const Vec2& value) {
-    return {static_cast<float>(value.x()), static_cast<float>(value.y())};
-}
-
-Vec3 rotated(const Eigen::Matrix4d& matrix, const Vec3& direction) {
-    return matrix.topLeftCorner<3, 3>() * direction;
-}
 
 void check_options(const RenderOptions& options) {
     GLint size_limit = 0;
@@ -72,97 +44,40 @@ void check_options(const RenderOptions& options) {
 
 }  // namespace
 
-struct Renderer::Impl {
-    const gl::Context* context;
-    RenderOptions options;
-    Programs programs;
-    SceneBuffers buffers;
-    std::optional<ShadowTarget> shadow;
-    std::optional<ScreenTargets> screen;
-    /// Pictures that were drawn last, and their textures.
-    std::vector<std::pair<std::shared_ptr<const Picture>, std::unique_ptr<PictureTexture>>> textures;
-    std::vector<std::array<int, 16>> live_finishes;  // per live surface: finish of each material, -1: none
-
-    Impl(const gl::Context& with, const RenderOptions& wanted) : context(&with) { apply(wanted); }
-
-    ~Impl() {
-        // The members' names are valid in this context only.
-        try {
-            context->make_current();
-        } catch (const JobError&) {
-            // A lost context has already freed its objects.
-        }
-    }
-
-    // Drivers have undocumented limits.
-    void make_screen_targets(const RenderOptions& wanted) {
-        try {
-            screen.emplace(wanted.width, wanted.height, wanted.samples);
-        } catch (const JobError&) {
-            throw InputError(
-                "picture of " + std::to_string(wanted.width) + " x " + std::to_string(wanted.height),
-                "is larger than this OpenGL draws with " + std::to_string(wanted.samples) +
-                    " samples a pixel",
-                "choose a smaller one");
-        }
-    }
-
-    void apply(const RenderOptions& wanted) {
-        check_options(wanted);
-        if (!shadow || wanted.shadow_map_size != options.shadow_map_size)
-            shadow.emplace(wanted.shadow_map_size);
-        if (!screen || wanted.width != options.width || wanted.height != options.height ||
-            wanted.samples != options.samples) {
-            make_screen_targets(wanted);
-        }
-        options = wanted;
-    }
-
-    void render(const DrawList& list, const Camera& camera);
-    void draw_shadow(const FrameSetup& frame, const PackedScene& scene, const DrawList& list);
-    void draw_surfaces(const FrameSetup& frame, const PackedScene& scene, const DrawList& list);
-    void show_everything_lit();
-    /// Those that are opaque, or the others; looks: see LiveSurface, below 0: any.
-    void draw_live(const Program& program, const FrameSetup& frame, const DrawList& list, bool veiled = false,
-                   int looks = -1);
-    void shade_live(const FrameSetup& frame, const DrawList& list, bool veiled);
-    void draw_live_surface(const Program& program, const LiveSurface& surface, std::size_t index);
-    void set_live_pictures(const Program& program, const LiveSurface& surface);
-    void draw_live_colours(const FrameSetup& frame, const DrawList& list);
-    void draw_veils(const FrameSetup& frame, const DrawList& list);
-    void draw_wires(const FrameSetup& frame, const DrawList& list);
-    void draw_points(const FrameSetup& frame, const DrawList& list);
-    void find_visibility(const FrameSetup& frame);
-    void draw_picture(const FrameSetup& frame, const PackedScene& scene, const DrawList& list);
-    void bind_finishes(const Program& program, const DrawList& list) const;
-    const PictureTexture& texture_of(const std::shared_ptr<const Picture>& picture);
-    void draw_meshes(const Program& program, const PackedScene& scene);
-    void draw_lines(const FrameSetup& frame, const PackedScene& scene);
-    void set_ground(const Program& program, const FrameSetup& frame) const;
-    void set_lighting(const Program& program, const FrameSetup& frame) const;
-    void cover_screen() const {
-        buffers.none.bind();
-        glDrawArrays(GL_TRIANGLES, 0, 3);
-    }
-    void draw_ground_square() const {
-        buffers.none.bind();
-        glDrawArrays(GL_TRIANGLE_STRIP, 0, 4);
-    }
-};
-
-namespace {
-
-void set_camera(const Program& program, const FrameSetup& frame) {
-    program.set("view_from_world", floats(frame.view_from_world));
-    program.set("clip_from_view", floats(frame.clip_from_view));
+Renderer::Impl::Impl(const gl::Context& with, const RenderOptions& wanted) : context(&with) {
+    apply(wanted);
 }
 
-/// Returns the maximum distance of a neighbour from the plane for its visibility to be blended, m.
-float plane_tolerance(const FrameSetup& frame) {
-    return static_cast<float>(0.02 * frame.radius);
+Renderer::Impl::~Impl() {
+    // The members' names are valid in this context only.
+    try {
+        context->make_current();
+    } catch (const JobError&) {
+        // A lost context has already freed its objects.
+    }
 }
 
-}  // namespace
+// Drivers have undocumented limits.
+void Renderer::Impl::make_screen_targets(const RenderOptions& wanted) {
+    try {
+        screen.emplace(wanted.width, wanted.height, wanted.samples);
+    } catch (const JobError&) {
+        throw InputError(
+            "picture of " + std::to_string(wanted.width) + " x " + std::to_string(wanted.height),
+            "is larger than this OpenGL draws with " + std::to_string(wanted.samples) + " samples a pixel",
+            "choose a smaller one");
+    }
+}
+
+void Renderer::Impl::apply(const RenderOptions& wanted) {
+    check_options(wanted);
+    if (!shadow || wanted.shadow_map_size != options.shadow_map_size) shadow.emplace(wanted.shadow_map_size);
+    if (!screen || wanted.width != options.width || wanted.height != options.height ||
+        wanted.samples != options.samples) {
+        make_screen_targets(wanted);
+    }
+    options = wanted;
+}
 
 void Renderer::Impl::set_ground(const Program& program, const FrameSetup& frame) const {
     set_camera(program, frame);
@@ -245,134 +160,6 @@ void Renderer::Impl::draw_shadow(const FrameSetup& frame, const PackedScene& sce
     glDisable(GL_POLYGON_OFFSET_FILL);
 }
 
-// Samplers of different kinds may not share a unit, even where the shader does not read them.
-void Renderer::Impl::set_live_pictures(const Program& program, const LiveSurface& surface) {
-    surface.impl_->bind_corners(corner_unit);
-    program.set("corner_uv", corner_unit);
-    program.set("corner_index", corner_unit + 1);
-    program.set("corner_position", corner_unit + 2);
-    const auto& pictures = surface.style.pictures;
-    std::vector<std::shared_ptr<const Picture>> bound;
-    for (std::size_t k = 0; k < 16; ++k) {
-        int number = -1;
-        if (k < pictures.size() && pictures[k] && surface.impl_->corner_uv.size() > 0) {
-            const auto known = std::find(bound.begin(), bound.end(), pictures[k]);
-            number = static_cast<int>(known - bound.begin());
-            if (known == bound.end() && bound.size() < LiveStyle::max_pictures) bound.push_back(pictures[k]);
-            if (number >= static_cast<int>(bound.size())) number = -1;
-        }
-        program.set(("picture_of[" + std::to_string(k) + "]").c_str(), number);
-    }
-    for (std::size_t k = 0; k < LiveStyle::max_pictures; ++k) {
-        const auto unit = live_picture_unit + static_cast<int>(k);
-        program.set(("picture_" + std::to_string(k)).c_str(), unit);
-        if (k < bound.size()) texture_of(bound[k]).bind(static_cast<GLuint>(unit));
-    }
-}
-
-void Renderer::Impl::draw_live_surface(const Program& program, const LiveSurface& surface,
-                                       std::size_t index) {
-    const LiveStyle& style = surface.style;
-    surface.impl_->bind();
-    program.set("materials", 1);
-    for (std::size_t k = 0; k < style.palette.size(); ++k)
-        program.set(("palette[" + std::to_string(k) + "]").c_str(), floats(linear(style.palette[k])));
-    for (std::size_t k = 0; k < live_finishes[index].size(); ++k)
-        program.set(("finish_of[" + std::to_string(k) + "]").c_str(), live_finishes[index][k]);
-    program.set("colouring", static_cast<int>(style.colouring));
-    program.set("field_range", floats(Vec2(style.field_low, style.field_high)));
-    program.set("roughness", static_cast<float>(style.roughness));
-    program.set("opacity", static_cast<float>(style.opacity));
-    program.set("now_ms", static_cast<float>(style.now_ms));
-    program.set("age_range_ms", static_cast<float>(style.age_range_ms));
-    if (&program == &programs.live[2]) set_live_pictures(program, surface);
-    glDrawElements(GL_TRIANGLES, static_cast<GLsizei>(3 * surface.impl_->triangles.size()), GL_UNSIGNED_INT,
-                   nullptr);
-}
-
-namespace {
-
-void set_clip(const Program& program, const FrameSetup& frame, const ClipPlane& clip) {
-    program.set("origin", floats(frame.origin));
-    const bool hides = clip.normal.norm() > 0;
-    const Vec3 normal = hides ? Vec3(clip.normal.normalized()) : Vec3(Vec3::Zero());
-    program.set(
-        "clip_plane",
-        std::array<float, 4>{static_cast<float>(normal.x()), static_cast<float>(normal.y()),
-                             static_cast<float>(normal.z()), hides ? static_cast<float>(clip.offset) : 1.0F});
-}
-
-}  // namespace
-
-// Back faces lie slightly behind, as those of meshes.
-void Renderer::Impl::draw_live(const Program& program, const FrameSetup& frame, const DrawList& list,
-                               bool veiled, int looks) {
-    set_camera(program, frame);
-    set_clip(program, frame, list.clip);
-    glEnable(GL_CLIP_DISTANCE0);
-    for (std::size_t k = 0; k < list.surfaces.size(); ++k) {
-        const LiveSurface& surface = *list.surfaces[k];
-        const bool is_meant = looks < 0 || surface.looks() == looks;
-        if (is_meant && (surface.style.opacity < 1) == veiled) draw_live_surface(program, surface, k);
-    }
-    glDisable(GL_CLIP_DISTANCE0);
-}
-
-// By programs that do no more than the surfaces need.
-void Renderer::Impl::shade_live(const FrameSetup& frame, const DrawList& list, bool veiled) {
-    for (int looks = 0; looks < 3; ++looks) {
-        const auto needs = [looks](const LiveSurface* surface) { return surface->looks() == looks; };
-        if (std::none_of(list.surfaces.begin(), list.surfaces.end(), needs)) continue;
-        const Program& program = programs.live[static_cast<std::size_t>(looks)];
-        program.use();
-        set_lighting(program, frame);
-        bind_finishes(program, list);
-        draw_live(program, frame, list, veiled, looks);
-    }
-}
-
-void Renderer::Impl::draw_live_colours(const FrameSetup& frame, const DrawList& list) {
-    if (list.surfaces.empty()) return;
-    glEnable(GL_CULL_FACE);
-    glEnable(GL_POLYGON_OFFSET_FILL);
-    // Behind a clip plane back faces are not beside front faces, and the ground is close to them.
-    const float behind = list.clip.normal.norm() > 0 ? 0.0F : 2.0F;
-    for (const bool back : {false, true}) {
-        glCullFace(back ? GL_FRONT : GL_BACK);
-        glPolygonOffset(back ? behind : 0.0F, back ? 4 * behind : 0.0F);
-        shade_live(frame, list, false);
-    }
-    glDisable(GL_POLYGON_OFFSET_FILL);
-    glDisable(GL_CULL_FACE);
-}
-
-// Of each surface only what is nearest to the eye lies over the rest of the picture.
-void Renderer::Impl::draw_veils(const FrameSetup& frame, const DrawList& list) {
-    glColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
-    shade_live(frame, list, true);
-    glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
-    glEnable(GL_BLEND);
-    glBlendFunc(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA);
-    glDepthFunc(GL_LEQUAL);
-    shade_live(frame, list, true);
-    glDepthFunc(GL_LESS);
-    glDisable(GL_BLEND);
-}
-
-void Renderer::Impl::draw_wires(const FrameSetup& frame, const DrawList& list) {
-    const bool any = std::any_of(list.surfaces.begin(), list.surfaces.end(),
-                                 [](const LiveSurface* surface) { return surface->style.wireframe; });
-    if (!any) return;
-    programs.wire.use();
-    glPolygonMode(GL_FRONT_AND_BACK, GL_LINE);
-    glEnable(GL_POLYGON_OFFSET_LINE);
-    glPolygonOffset(-1.0F, -4.0F);
-    draw_live(programs.wire, frame, list);
-    draw_live(programs.wire, frame, list, true);
-    glDisable(GL_POLYGON_OFFSET_LINE);
-    glPolygonMode(GL_FRONT_AND_BACK, GL_FILL);
-}
-
 void Renderer::Impl::draw_points(const FrameSetup& frame, const DrawList& list) {
     if (list.points.empty()) return;
     programs.points.use();
@@ -397,6 +184,17 @@ void Renderer::Impl::draw_points(const FrameSetup& frame, const DrawList& list) 
     glDisable(GL_PROGRAM_POINT_SIZE);
 }
 
+// divisor: of the target's resolution; margin: pixels around it that are needed beside it.
+void Renderer::Impl::begin_area(int divisor, int margin) const {
+    const PixelArea& area = options.area;
+    if (area.width <= 0 || area.height <= 0) return;
+    const int left = area.x / divisor - margin, bottom = area.y / divisor - margin;
+    const int right = (area.x + area.width + divisor - 1) / divisor + margin,
+              top = (area.y + area.height + divisor - 1) / divisor + margin;
+    glScissor(left, bottom, right - left, top - bottom);
+    glEnable(GL_SCISSOR_TEST);
+}
+
 void Renderer::Impl::draw_surfaces(const FrameSetup& frame, const PackedScene& scene, const DrawList& list) {
     screen->surface_target.bind();
     glViewport(0, 0, screen->half_width, screen->half_height);
@@ -404,6 +202,7 @@ void Renderer::Impl::draw_surfaces(const FrameSetup& frame, const PackedScene& s
     const std::array<float, 4> nothing = {0, 0, 1, static_cast<float>(1e4 * frame.radius)};
     glClearBufferfv(GL_COLOR, 0, nothing.data());
     glClear(GL_DEPTH_BUFFER_BIT);
+    begin_area(2, 64);
     programs.mesh_surface.use();
     set_camera(programs.mesh_surface, frame);
     draw_meshes(programs.mesh_surface, scene);
@@ -416,10 +215,12 @@ void Renderer::Impl::draw_surfaces(const FrameSetup& frame, const PackedScene& s
         set_ground(programs.ground_surface, frame);
         draw_ground_square();
     }
+    glDisable(GL_SCISSOR_TEST);
 }
 
 void Renderer::Impl::find_visibility(const FrameSetup& frame) {
     glDisable(GL_DEPTH_TEST);
+    begin_area(2, 8);
     const double texel = frame.light_extent / options.shadow_map_size;
     const Program& program = programs.visibility;
     screen->visibility_target.bind();
@@ -448,6 +249,7 @@ void Renderer::Impl::find_visibility(const FrameSetup& frame) {
     programs.blur.set("tan_half_fov", floats(frame.tan_half_fov));
     programs.blur.set("plane_tolerance", plane_tolerance(frame));
     cover_screen();
+    glDisable(GL_SCISSOR_TEST);
 }
 
 void Renderer::Impl::draw_lines(const FrameSetup& frame, const PackedScene& scene) {
@@ -465,17 +267,20 @@ void Renderer::Impl::draw_picture(const FrameSetup& frame, const PackedScene& sc
     glViewport(0, 0, options.width, options.height);
     glEnable(GL_FRAMEBUFFER_SRGB);
     glClear(GL_DEPTH_BUFFER_BIT);
+    begin_area(1, 0);
     glEnable(GL_DEPTH_TEST);
-    programs.mesh.use();
-    set_camera(programs.mesh, frame);
-    set_lighting(programs.mesh, frame);
-    bind_finishes(programs.mesh, list);
-    draw_meshes(programs.mesh, scene);
+    const Program& mesh = programs.mesh.with(light_defines());
+    mesh.use();
+    set_camera(mesh, frame);
+    set_lighting(mesh, frame);
+    bind_finishes(mesh, list);
+    draw_meshes(mesh, scene);
     draw_live_colours(frame, list);
     if (frame.ground_visible) {
-        programs.ground.use();
-        set_ground(programs.ground, frame);
-        set_lighting(programs.ground, frame);
+        const Program& ground = programs.ground.with(light_defines());
+        ground.use();
+        set_ground(ground, frame);
+        set_lighting(ground, frame);
         draw_ground_square();
     }
     // The background is drawn last, at maximum depth, so that only its visible part is shaded.
@@ -496,6 +301,7 @@ void Renderer::Impl::draw_picture(const FrameSetup& frame, const PackedScene& sc
     glBlitFramebuffer(0, 0, options.width, options.height, 0, 0, options.width, options.height,
                       GL_COLOR_BUFFER_BIT, GL_NEAREST);
     glDisable(GL_FRAMEBUFFER_SRGB);
+    glDisable(GL_SCISSOR_TEST);
 }
 
 void Renderer::Impl::render(const DrawList& list, const Camera& camera) {
@@ -581,8 +387,17 @@ void Renderer::draw_into(const DrawList& list, const Camera& camera, unsigned fr
     const bool scales = to_width != width || to_height != height;
     glBindFramebuffer(GL_READ_FRAMEBUFFER, impl_->screen->final_target.id());
     glBindFramebuffer(GL_DRAW_FRAMEBUFFER, framebuffer);
+    const PixelArea& area = impl_->options.area;
+    if (area.width > 0) {
+        const auto x = [&](int pixel) { return static_cast<int>(std::int64_t{pixel} * to_width / width); };
+        const auto y = [&](int pixel) { return static_cast<int>(std::int64_t{pixel} * to_height / height); };
+        glScissor(x(area.x), y(area.y), x(area.x + area.width) - x(area.x),
+                  y(area.y + area.height) - y(area.y));
+        glEnable(GL_SCISSOR_TEST);
+    }
     glBlitFramebuffer(0, 0, width, height, 0, 0, to_width, to_height, GL_COLOR_BUFFER_BIT,
                       scales ? GL_LINEAR : GL_NEAREST);
+    glDisable(GL_SCISSOR_TEST);
     gl::check_errors("showing the picture");
 }
 

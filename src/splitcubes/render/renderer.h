@@ -13,6 +13,12 @@
 
 namespace splitcubes::render {
 
+/// A part of a picture, pixels from the lower left corner.
+struct PixelArea {
+    int x = 0, y = 0, width = 0, height = 0;
+    bool operator==(const PixelArea&) const = default;
+};
+
 struct RenderOptions {
     int width = 1280;  // pixels
     int height = 720;  // pixels
@@ -28,6 +34,8 @@ struct RenderOptions {
     std::optional<Vec3> to_light;
     Color background = Color(0.925, 0.935, 0.945);
     Color ground_color = Color(0.86, 0.865, 0.87);
+    /// Only this part of the picture is drawn; without extent: all of it.
+    PixelArea area = {};
 };
 
 /// The renderer. The same list, camera and options give the same picture byte for byte on the same driver.

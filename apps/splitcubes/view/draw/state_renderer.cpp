@@ -81,8 +81,9 @@ std::size_t StateRenderer::bytes_copied() const {
     return out;
 }
 
-void StateRenderer::update_options(const Viewer& viewer, int width, int height, Quality quality) {
-    const int divisor = quality == Quality::coarse ? 2 : 1;
+void StateRenderer::update_options(const Viewer& viewer, int width, int height, Quality quality,
+                                   const render::PixelArea& area) {
+    const int divisor = quality == Quality::coarse ? 2 : quality == Quality::coarsest ? 3 : 1;
     render::RenderOptions options;
     options.width = std::max(1, width / divisor);
     options.height = std::max(1, height / divisor);
@@ -91,6 +92,11 @@ void StateRenderer::update_options(const Viewer& viewer, int width, int height, 
     options.shadows = options.ambient_occlusion = viewer.display().shadows && quality == Quality::fine;
     options.samples = options.shadows ? 4 : 1;
     options.shadow_map_size = 1024;
+    if (area.width > 0) {
+        const int right = area.x + area.width + divisor - 1, top = area.y + area.height + divisor - 1;
+        options.area = {area.x / divisor, area.y / divisor, right / divisor - area.x / divisor,
+                        top / divisor - area.y / divisor};
+    }
     if (!renderer_)
         renderer_ = std::make_unique<render::Renderer>(context_, options);
     else
@@ -154,6 +160,7 @@ void StateRenderer::update_style(const Viewer& viewer, const PublishedState& sta
         style.now_ms = 1e3 * state.time;
         style.age_range_ms = 1e3 * (display.range > 0 ? display.range : default_age_range);
         style.wireframe = display.wireframe;
+        style.is_closed = !viewer.shows_run();
         style.colouring = render::SurfaceColouring::material;
         if (display.colouring == Colouring::piece) style.colouring = render::SurfaceColouring::piece;
         if (display.colouring == Colouring::cut) style.colouring = render::SurfaceColouring::label;
@@ -416,8 +423,9 @@ void StateRenderer::make_list(const Viewer& viewer) {
     }
 }
 
-void StateRenderer::draw(const Viewer& viewer, int width, int height, unsigned framebuffer, Quality quality) {
-    update_options(viewer, width, height, quality);
+void StateRenderer::draw(const Viewer& viewer, int width, int height, unsigned framebuffer, Quality quality,
+                         const render::PixelArea& area) {
+    update_options(viewer, width, height, quality, area);
     make_list(viewer);
     renderer_->draw_into(list_, camera_of(viewer.camera()), framebuffer, width, height);
 }

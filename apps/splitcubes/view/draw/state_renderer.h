@@ -4,6 +4,7 @@
 #include <splitcubes/gl/context.h>
 #include <splitcubes/render/renderer.h>
 #include <splitcubes/scene/instrument.h>
+#include <splitcubes/view/quality.h>
 #include <splitcubes/view/viewer.h>
 
 #include <cstdint>
@@ -30,10 +31,6 @@ struct NumberLabel {
     std::string text;
 };
 
-/// Effort for a picture. Those that another one follows soon may be without shadows and with one sample a
-/// pixel, and of half the resolution.
-enum class Quality { fine, quick, coarse };
-
 class StateRenderer {
   public:
     /// The context must outlive it and be current in all calls.
@@ -41,8 +38,9 @@ class StateRenderer {
 
     /// Draws into a framebuffer object of the context; 0: the window. Pixels: those of the framebuffer, which
     /// may be more than the viewer counts on displays of high resolution.
+    /// area: the part of it that is seen; without extent: all of it.
     void draw(const Viewer& viewer, int width, int height, unsigned framebuffer,
-              Quality quality = Quality::fine);
+              Quality quality = Quality::fine, const render::PixelArea& area = {});
     /// quality: fine or quick.
     render::Picture picture(const Viewer& viewer, int width, int height, Quality quality = Quality::fine);
     const Legend& legend() const { return legend_; }
@@ -59,7 +57,8 @@ class StateRenderer {
         std::uint64_t state = 0, scene = 0;
         Colouring labelled = Colouring::material;  // what the labels of its triangles stand for
     };
-    void update_options(const Viewer& viewer, int width, int height, Quality quality);
+    void update_options(const Viewer& viewer, int width, int height, Quality quality,
+                        const render::PixelArea& area = {});
     void update_surface(BodyBuffers& buffers, const BodyState& body, const PublishedState& state,
                         Colouring colouring);
     std::shared_ptr<const render::Picture> picture_of(const std::shared_ptr<const SurfacePicture>& picture);

@@ -43,12 +43,14 @@ class Offscreen : public OffscreenPanels {
         target.check("the picture with panels");
         if (!shows_gallery(viewer)) {
             observe(*viewer.state());
-            renderer.draw(viewer, width, height, target.id());
+            renderer.draw(viewer, width, height, target.id(), Quality::fine,
+                          picture_area(viewer, width, height));
         }
         // The first frame finds out how large windows are.
         for (int k = 0; k < 3; ++k) layout(viewer, renderer);
         target.bind();
         glViewport(0, 0, width, height);
+        if (!shows_gallery(viewer)) fill_behind_panels(viewer, width, height);
         ImGui_ImplOpenGL3_RenderDrawData(ImGui::GetDrawData());
         return read(target, width, height);
     }

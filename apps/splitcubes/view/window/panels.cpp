@@ -8,6 +8,7 @@
 #include <cmath>
 #include <filesystem>
 
+#include <epoxy/gl.h>
 #include <imgui.h>
 
 namespace splitcubes::view {
@@ -44,7 +45,7 @@ std::string unused_name(const std::string& stem, const std::string& ending) {
 void begin_panel(const char* name, float x, float y, float width, float height) {
     ImGui::SetNextWindowPos({x, y});
     ImGui::SetNextWindowSize({width, height});
-    ImGui::SetNextWindowBgAlpha(0.86F);
+    ImGui::SetNextWindowBgAlpha(0);  // see fill_behind_panels()
     ImGui::Begin(name, nullptr, panel_flags | ImGuiWindowFlags_NoTitleBar);
 }
 
@@ -61,6 +62,33 @@ bool button(const char* label, bool is_on, const ImVec2& size) {
 }
 
 }  // namespace
+
+render::PixelArea picture_area(const Viewer& viewer, int width, int height) {
+    if (!viewer.display().panels) return {0, 0, width, height};
+    const double scale = width / viewer.size().width;
+    const auto pixels = [&](float length) {
+        return static_cast<int>(std::lround(scale * static_cast<double>(length)));
+    };
+    const int left = pixels(left_width()), bottom = pixels(bottom_height());
+    return {left, bottom, std::max(1, width - left - pixels(right_width())), std::max(1, height - bottom)};
+}
+
+void fill_behind_panels(const Viewer& viewer, int width, int height) {
+    const render::PixelArea area = picture_area(viewer, width, height);
+    const ImVec4 colour = ImGui::GetStyleColorVec4(ImGuiCol_WindowBg);
+    glClearColor(colour.x, colour.y, colour.z, 1);
+    glEnable(GL_SCISSOR_TEST);
+    const auto fill = [](int x, int y, int columns, int rows) {
+        if (columns <= 0 || rows <= 0) return;
+        glScissor(x, y, columns, rows);
+        glClear(GL_COLOR_BUFFER_BIT);
+    };
+    const int right = area.x + area.width;
+    fill(0, 0, area.x, height);
+    fill(right, 0, width - right, height);
+    fill(area.x, 0, area.width, area.y);
+    glDisable(GL_SCISSOR_TEST);
+}
 
 void Panels::set(const std::string& name, double value) {
     out_->push_back({.kind = InputKind::set, .name = name, .value = value});

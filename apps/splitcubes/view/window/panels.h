@@ -30,6 +30,11 @@ struct PanelData {
     bool has_space_mouse = false;
 };
 
+/// The part of a framebuffer that panels leave to the picture; for the current ImGui context.
+render::PixelArea picture_area(const Viewer& viewer, int width, int height);
+/// Fills the rest of the framebuffer that is bound: ImGui would blend it.
+void fill_behind_panels(const Viewer& viewer, int width, int height);
+
 /// Draws within a frame of ImGui. What the user changes comes back as events, as recordings have them.
 class Panels {
   public:

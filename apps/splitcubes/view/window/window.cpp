@@ -1,5 +1,6 @@
 #include "window.h"
 
+#include "drawing_threads.h"
 #include "gallery_panel.h"
 #include "interface_style.h"
 #include "panels.h"
@@ -15,6 +16,7 @@
 #include <epoxy/gl.h>
 
 #include <array>
+#include <chrono>
 #include <cstdio>
 #include <cstdlib>
 #include <deque>
@@ -24,6 +26,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <thread>
 #include <tuple>
 
 #define GLFW_INCLUDE_NONE
@@ -37,9 +40,11 @@ namespace splitcubes::view {
 namespace {
 
 constexpr std::size_t timeline_bytes = std::size_t{256} << 20;
-constexpr double idle_wait = 0.05;           // s, for events while nothing moves
-constexpr int idle_frames = 4;               // that are drawn after the last change
-constexpr double max_moving_seconds = 0.03;  // of a picture while things move
+constexpr double idle_wait = 0.05;  // s, for events while nothing moves
+constexpr int idle_frames = 4;      // that are drawn after the last change
+// s, from frame to frame: at least so much, and where simulated time lags behind.
+constexpr double shortest_frame = 1.0 / 60, shortest_lagging_frame = 1.0 / 25;
+constexpr double lagging = 0.98;  // of the speed that is wished for
 
 std::string glfw_problem() {
     if (std::getenv("DISPLAY") == nullptr) return "DISPLAY is not set";
@@ -247,18 +252,22 @@ class Session {
     void show_state();
     void draw();
     void draw_panels();
-    void choose_quality(Quality drawn, double seconds);
+    void wait_for_next_frame(double begin);
     void carry_out_acts();
     std::pair<int, int> framebuffer_size() const;
     void save_picture(const std::string& file);
     void save_film(const std::string& file);
     void record_film(const std::string& file);
+    Quality film_quality() const {
+        return moving_.quality() == Quality::fine ? Quality::fine : Quality::quick;
+    }
     void go_on_with_film();
     bool is_idle() const;
     void count_frame(double begin, double drawn);
 
     WindowSettings settings_;
     GlfwWindow window_;
+    DrawingThreads drawing_;
     EventQueue queue_;
     std::optional<Interface> interface_;
     Viewer viewer_;
@@ -271,22 +280,24 @@ class Session {
     StepHistory history_;
     Latencies latencies_;
     std::ofstream record_;
-    int frame_ = 0, still_frames_ = 0, pictures_ = 0;
+    int frame_ = 0, still_frames_ = 0;
     bool quits_ = false;
     double last_poll_ = 0;
     Pace pace_;
     std::string film_name_;
-    Quality moving_ = Quality::fine;  // of pictures while things move
+    QualityControl moving_;              // of pictures while things move
+    std::optional<Quality> last_drawn_;  // of the last picture; none: the gallery
     double frame_ms_ = 0, interface_ms_ = 0, opengl_seconds_ = 0;
 };
 
 Session::Session(const WindowSettings& settings)
     : settings_(settings),
       window_(settings.width, settings.height),
-      simulation_({.threads = settings.threads}, timeline_bytes),
+      simulation_({.threads = drawing_.threads_left(settings.threads)}, timeline_bytes),
       renderer_(window_),
       gallery_(window_, true),
       film_(window_) {
+    drawing_.give_way();
     listen();
     interface_.emplace(window_);
     if (!settings.record_input.empty()) {
@@ -381,8 +392,6 @@ void Session::draw_panels() {
     }
     ImGui::NewFrame();
     std::vector<ViewerInput> changes;
-    static constexpr std::array<const char*, 3> qualities = {"fine", "without shadows",
-                                                             "half the resolution"};
     std::string film;
     if (film_.is_making())
         film = "Film: " + std::to_string(film_.done()) + " of " + std::to_string(film_.total()) + " pictures";
@@ -402,7 +411,7 @@ void Session::draw_panels() {
                       .interface_ms = interface_ms_,
                       .seconds = glfwGetTime(),
                       .labels = renderer_.labels(),
-                      .quality = qualities[static_cast<std::size_t>(moving_)],
+                      .quality = std::string(quality_names[static_cast<std::size_t>(moving_.quality())]),
                       .film = film,
                       .is_recording = film_.is_recording(),
                       .has_space_mouse = space_mouse_.is_there()},
@@ -421,11 +430,11 @@ void Session::draw() {
     const double begin = glfwGetTime();
     int width = 0, height = 0;
     glfwGetFramebufferSize(window_.get(), &width, &height);
-    if (width > 0 && height > 0 && !shows_gallery(viewer_)) {
-        const Quality quality = still_frames_ < idle_frames ? moving_ : Quality::fine;
-        renderer_.draw(viewer_, width, height, 0, quality);
-        glFinish();
-        choose_quality(quality, glfwGetTime() - begin);
+    const bool shows_picture = width > 0 && height > 0 && !shows_gallery(viewer_);
+    last_drawn_.reset();
+    if (shows_picture) {
+        last_drawn_ = still_frames_ < idle_frames ? moving_.quality() : Quality::fine;
+        renderer_.draw(viewer_, width, height, 0, *last_drawn_, picture_area(viewer_, width, height));
     } else {
         glBindFramebuffer(GL_FRAMEBUFFER, 0);
         glClearColor(0.92F, 0.93F, 0.94F, 1);
@@ -433,15 +442,19 @@ void Session::draw() {
     }
     glBindFramebuffer(GL_FRAMEBUFFER, 0);
     glViewport(0, 0, width, height);
+    if (shows_picture) fill_behind_panels(viewer_, width, height);
     ImGui_ImplOpenGL3_RenderDrawData(ImGui::GetDrawData());
+    glFinish();
     opengl_seconds_ = glfwGetTime() - begin;
 }
 
-// What was too slow once stays so: a quality that came back would be slow again.
-void Session::choose_quality(Quality drawn, double seconds) {
-    // The first pictures wait for shaders.
-    if (++pictures_ < 3 || seconds < max_moving_seconds || drawn != moving_) return;
-    moving_ = moving_ == Quality::fine ? Quality::quick : Quality::coarse;
+// More pictures than a display shows would take time from the simulation.
+void Session::wait_for_next_frame(double begin) {
+    const State& state = viewer_.state();
+    const bool lags = state && state->playing && state->real_time_factor > 0 &&
+                      state->real_time_factor < lagging * state->speed;
+    const double rest = begin + (lags ? shortest_lagging_frame : shortest_frame) - glfwGetTime();
+    if (rest > 0) std::this_thread::sleep_for(std::chrono::duration<double>(rest));
 }
 
 std::pair<int, int> Session::framebuffer_size() const {
@@ -468,7 +481,7 @@ void Session::save_film(const std::string& file) {
     const auto [width, height] = framebuffer_size();
     const std::string problem =
         film_.make(file.empty() ? "splitcubes-film.mp4" : file, simulation_.timeline().states(), viewer_,
-                   width, height, moving_ == Quality::fine ? Quality::fine : Quality::quick);
+                   width, height, film_quality());
     if (!problem.empty()) viewer_.notify(problem);
 }
 
@@ -482,8 +495,7 @@ void Session::record_film(const std::string& file) {
     std::string name = file;
     for (int k = 1; name.empty() || (file.empty() && std::filesystem::exists(name)); ++k)
         name = "splitcubes-film-" + std::to_string(k) + ".mp4";
-    const std::string problem =
-        film_.record(name, width, height, moving_ == Quality::fine ? Quality::fine : Quality::quick);
+    const std::string problem = film_.record(name, width, height, film_quality());
     if (!problem.empty()) viewer_.notify(problem);
 }
 
@@ -535,6 +547,8 @@ int Session::run() {
         if (State newest = simulation_.newest()) pace_.count(*newest, glfwGetTime());
         if (viewer_.state()) latencies_.shown(viewer_.state()->commands, glfwGetTime());
         count_frame(begin, drawn);
+        if (last_drawn_) moving_.drawn(*last_drawn_, glfwGetTime() - begin, glfwGetTime());
+        wait_for_next_frame(begin);
         if (++frame_ == settings_.frames) break;
     }
     if (!settings_.screenshot.empty()) save_picture(settings_.screenshot.string());
@@ -542,9 +556,9 @@ int Session::run() {
     if (settings_.frames > 0)
         std::printf(
             "%d frames, %.1f ms a frame, %.1f ms outside OpenGL, input to picture %.0f ms, worst %.0f ms; "
-            "while playing %.1f frames a second, simulated time at %.3f of real time, quality %d\n",
+            "while playing %.1f frames a second, simulated time at %.3f of real time, quality: %s\n",
             frame_, frame_ms_, interface_ms_, latency.median, latency.worst, pace_.frames_per_second(),
-            pace_.real_time_factor(), static_cast<int>(moving_));
+            pace_.real_time_factor(), quality_names[static_cast<std::size_t>(moving_.quality())].data());
     return settings_.is_interrupted() ? 1 : 0;
 }
 
