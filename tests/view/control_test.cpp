@@ -4,7 +4,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <splitcubes/core/error.h>
 
 #include <thread>
 
@@ -129,50 +128,6 @@ TEST_F(Control, RecordingRepeatsTheSessionToTheLastBit) {
     while (again.state().step < steps) again.frame();
     EXPECT_EQ(again.hash(), hash);
     EXPECT_THAT(again.state().notice, testing::HasSubstr("in the state that was recorded"));
-}
-
-TEST_F(Control, TimelineShowsThePastAndGoesOnFromIt) {
-    Timeline timeline(std::size_t{64} << 20);
-    session.key("space");
-    std::vector<std::uint64_t> hashes = {session.hash()};
-    session.press(stroke_from);
-    for (int k = 1; k <= 80; ++k) {
-        if (k <= 40) session.move(stroke_from + (stroke_to - stroke_from) * k / 40);
-        if (k == 41) session.release(stroke_to);
-        session.frame();
-        timeline.add(session.viewer.state());
-        hashes.push_back(session.hash());
-    }
-    ASSERT_TRUE(timeline.range());
-    EXPECT_EQ(timeline.range()->first, 1);
-    EXPECT_EQ(timeline.range()->second, 80);
-    EXPECT_EQ(timeline.at(37)->step, 37);
-    EXPECT_EQ(timeline.at(1000)->step, 80);
-    EXPECT_EQ(timeline.at(0), nullptr);
-    for (const int step : {60, 35, 20}) {
-        session.set("timeline", step);
-        EXPECT_EQ(session.viewer.scrubbed(), step);
-        session.act("resume");
-        EXPECT_FALSE(session.viewer.scrubbed());
-        EXPECT_EQ(session.state().step, step);
-        if (step == 60) EXPECT_EQ(session.hash(), hashes[static_cast<std::size_t>(step)]);
-        EXPECT_FALSE(session.state().playing);
-    }
-}
-
-TEST(TimelineBudget, DropsTheOldestStates) {
-    Timeline timeline(3000);
-    for (int k = 0; k < 100; ++k) {
-        auto state = std::make_shared<PublishedState>();
-        state->step = k;
-        timeline.add(state);
-    }
-    EXPECT_EQ(timeline.range()->second, 99);
-    EXPECT_GT(timeline.range()->first, 80);
-    auto back = std::make_shared<PublishedState>();
-    back->step = 95;
-    timeline.add(back);
-    EXPECT_EQ(timeline.range()->second, 95);
 }
 
 TEST_F(Control, SavesSurfacesPiecesAndCheckpoints) {

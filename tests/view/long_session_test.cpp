@@ -44,7 +44,7 @@ struct RandomHands {
     std::mt19937 random{7};
     HandSession& session;
     Timeline timeline{std::size_t{24} << 20};
-    std::size_t frames = 0, undone = 0, scrubbed = 0, strokes = 0;
+    std::size_t frames = 0, undone = 0, scrubbed = 0, exact = 0, strokes = 0;
     bool is_valid = true;
 
     explicit RandomHands(HandSession& with) : session(with) {}
@@ -87,7 +87,14 @@ struct RandomHands {
         const bool returns = share() < 0.5 && session.loop.engine()->log().strokes().size() <= 6;
         const std::int64_t first = returns ? std::max(range->first, range->second - 100) : range->first;
         const auto steps = static_cast<double>(range->second - first + 1);
-        session.set("timeline", static_cast<double>(first) + std::floor(share() * steps));
+        const auto step = static_cast<std::int64_t>(static_cast<double>(first) + std::floor(share() * steps));
+        const std::uint64_t hash = session.hash();
+        session.set("timeline", static_cast<double>(step));
+        // Of a time that many steps are missing of the nearest state is shown.
+        int patience = 40;
+        session.loop.fill_timeline(timeline, [&] { return --patience > 0; });
+        exact += timeline.at(step)->step == step;
+        is_valid = is_valid && session.hash() == hash && range->first <= 1;
         session.frame();
         if (returns) session.act("resume");
         session.key("escape");
@@ -153,10 +160,12 @@ TEST(LongSessions, StayValidAndBoundedAndTheirRecordingRepeatsThem) {
     EXPECT_EQ(again.loop.engine()->step_count(), steps);
     EXPECT_EQ(again.hash(), hash);
     std::printf(
-        "%zu frames, %lld steps in the recording, %zu strokes and pulls, %zu undone, %zu times in the past; "
+        "%zu frames, %lld steps in the recording, %zu strokes and pulls, %zu undone, %zu times in the past, "
+        "%zu of them at "
+        "the very step; "
         "%.0f MB after a third, %.0f MB at the end\n",
-        hands.frames, static_cast<long long>(steps), hands.strokes, hands.undone, hands.scrubbed, early,
-        resident);
+        hands.frames, static_cast<long long>(steps), hands.strokes, hands.undone, hands.scrubbed, hands.exact,
+        early, resident);
 }
 
 }  // namespace

@@ -39,7 +39,7 @@ enum class CommandKind {
     save_path,        // `name`: a file, of the strokes
     save_curve,       // `name`: a file, .svg or .csv
     show_field,       // `value`: a Field; `slot`: Detail bits
-    seek,             // `value`: the frame of a run to show
+    seek,             // `value`: the frame of a run, or the earlier step of a simulation, to show
     // Of the loop around it.
     play,
     pause,

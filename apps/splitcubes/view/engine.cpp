@@ -109,7 +109,7 @@ void Engine::start() {
     statistics_ = {};
     step_ = 0;
     spacing_ = bodies_.empty() ? 0 : simulation_->samples(bodies_.front()).spacing;
-    keep_state();
+    keep_state(false);
 }
 
 // Changed parameters that a saved simulation has already are set again.
@@ -184,6 +184,8 @@ void Engine::apply(const Command& command) {
         if (travels && !travel(command.kind == CommandKind::undo)) return;
         if (!travels) carry_out(command);
         if (is_recorded(command.kind)) recorded_.push_back({step_, command});
+        // A repetition of what was done needs nothing from before it.
+        if (travels) keep_state(true);
     } catch (const std::exception& error) {
         notify(error.what());
     }
@@ -238,7 +240,7 @@ void Engine::carry_out(const Command& command) {
 
 // Undo goes back to before the stroke, blade and all.
 void Engine::begin_stroke(const Command& command) {
-    if (strokes_.empty()) simulation_->mark_undo_point();
+    if (strokes_.empty() && !looks_back_) simulation_->mark_undo_point();
     log_.forget_undone();
     strokes_.begin(command, *simulation_, log_);
 }
@@ -382,6 +384,7 @@ void Engine::step() {
         statistics_.solver_iterations = result.solver_iterations;
         statistics_.warnings = result.warnings;
     } catch (const std::exception& error) {
+        if (looks_back_) throw;
         notify(std::string(error.what()) + "; the scene starts again");
         start();
         return;
@@ -389,63 +392,10 @@ void Engine::step() {
     ++step_;
     statistics_.step_ms = 1e3 * watch.lap();
     count_step();
-    if (strokes_.empty() && pulls_.is_idle()) keep_state();
+    if (strokes_.empty() && pulls_.is_idle()) keep_state(false);
     if (played_.steps > 0 && step_ == played_.steps)
         notify(state_hash() == played_.state_hash ? "the recording has ended in the state that was recorded"
                                                   : "the recording has ended in another state");
-}
-
-void Engine::keep_state() {
-    const auto every =
-        std::max<std::int64_t>(1, std::llround(settings_.keep_every / simulation_->time_step()));
-    if (!kept_.empty() && step_ < kept_.back().step + every) return;
-    kept_.push_back({step_, simulation_->keep(), pulls_});
-    std::uint64_t bytes = 0;
-    for (const Kept& kept : kept_) bytes += kept.state.bytes();
-    while (kept_.size() > 1 && bytes > settings_.timeline_bytes) {
-        bytes -= kept_.front().state.bytes();
-        kept_.pop_front();
-    }
-}
-
-std::vector<std::int64_t> Engine::kept_steps() const {
-    std::vector<std::int64_t> out;
-    for (const Kept& kept : kept_) out.push_back(kept.step);
-    return out;
-}
-
-// Repeats what was done since the nearest kept state. Undo needs a history that is not there any more, so it
-// is where the repetition stops.
-void Engine::resume_at(std::int64_t step) {
-    while (kept_.size() > 1 && kept_.back().step > step) kept_.pop_back();
-    const Kept& from = kept_.back();
-    simulation_->restore(from.state);
-    simulation_->forget_history();
-    strokes_.clear();
-    pulls_ = from.pulls;
-    step_ = from.step;
-    log_.go_back(simulation_->time());
-    log_.forget_undone();
-    std::vector<RecordedCommand> again;
-    for (const RecordedCommand& one : recorded_)
-        if (one.step >= step_) again.push_back(one);
-    std::erase_if(recorded_, [&](const RecordedCommand& one) { return one.step >= from.step; });
-    script_.clear();
-    played_ = {};
-    std::size_t next = 0;
-    while (step_ < step) {
-        for (; next < again.size() && again[next].step == step_; ++next) {
-            if (again[next].command.kind == CommandKind::undo ||
-                again[next].command.kind == CommandKind::redo) {
-                notify("goes on from before the undo");
-                apply({.kind = CommandKind::drop});
-                return;
-            }
-            apply(again[next].command);
-        }
-        this->step();
-    }
-    apply({.kind = CommandKind::drop});
 }
 
 Recording Engine::recording() const {

@@ -51,25 +51,34 @@ class Engine {
     Recording recording() const;
     /// Tells the user one line.
     void notify(const std::string& notice);
+    /// Makes the state of an earlier step by repeating what was done since one that is kept; the present is
+    /// as before. Null where that step is not in the past, an undo came between, or is_wanted() became false.
+    std::shared_ptr<PublishedState> look_back(std::int64_t step, const std::function<bool()>& is_wanted);
     /// Steps to go on from, ascending.
     std::vector<std::int64_t> kept_steps() const;
     /// The strokes and pulls that were not undone.
     const StrokeLog& log() const { return log_; }
 
   private:
+    /// Numbers of edges that were cut, and when: those below `first` until `second`, s.
+    using EdgeTimes = std::vector<std::pair<std::int32_t, double>>;
     struct Kept {
         std::int64_t step;
         KeptState state;
         Pulls pulls;
+        std::shared_ptr<const SceneDriver> driver;  // null: there is none
+        std::size_t commands;                       // that were carried out until then
+        std::int64_t number;                        // of steps and travels until then
+        std::vector<EdgeTimes> edge_times;          // a body
     };
+    struct Present;
     struct BodyRecord {
         std::shared_ptr<const SurfaceTopology> topology;
         std::deque<SurfaceChange> changes;
         SampleField field;
         std::shared_ptr<const std::vector<Vec3>> palette;
         std::shared_ptr<BodyLooks> looks;
-        /// Numbers of edges that were cut, and when: those below `first` until `second`, s.
-        std::vector<std::pair<std::int32_t, double>> edge_times;
+        EdgeTimes edge_times;
         std::size_t triangles = 0;  // that are not free
     };
 
@@ -88,7 +97,11 @@ class Engine {
     void forget_gestures();
     void resume_at(std::int64_t step);
     void run_script();
-    void keep_state();
+    void keep_state(bool at_once);
+    void note_births();
+    void become(const Kept& kept);
+    bool repeat(const std::vector<RecordedCommand>& commands, std::int64_t step,
+                const std::function<bool()>& is_wanted);
     void save_pieces(const std::string& folder) const;
     double parameter_value(std::size_t index) const;
     BodySettings started_settings(const BodySettings& settings) const;
@@ -121,6 +134,8 @@ class Engine {
     double spacing_ = 0;  // m, of the first body's phyxels
     std::vector<RecordedCommand> recorded_;
     std::deque<Kept> kept_;
+    std::int64_t travels_ = 0;  // undos and redos
+    bool looks_back_ = false;   // is in the past for a moment
     Field field_ = Field::none;
     unsigned details_ = 0;  // Detail bits
     std::string notice_;

@@ -30,18 +30,42 @@ void find_bounds(BodyState& body) {
     }
 }
 
-// Arrays that states share are counted once a cut, with the state that follows it.
+std::size_t SurfaceTopology::bytes() const {
+    std::size_t out = sizeof(SurfaceTopology);
+    const auto add = [&](const auto& array) { out += sizeof(array[0]) * array.capacity(); };
+    add(triangles);
+    add(origins);
+    add(materials);
+    add(pieces);
+    add(rest);
+    add(cuts);
+    add(born);
+    add(corner_uv);
+    add(rest_and_depth);
+    for (const SurfaceChange& change : changes) {
+        add(change.vertices);
+        add(change.triangles);
+    }
+    return out;
+}
+
 std::size_t PublishedState::bytes() const {
     std::size_t out = sizeof(PublishedState);
+    const auto add = [&](const auto& array) { out += sizeof(array[0]) * array.capacity(); };
     for (const BodyState& body : bodies) {
-        out += sizeof(float) * (body.positions.size() + body.normals.size() + body.field.size() +
-                                body.sample_positions.size() + body.sample_field.size());
-        out += sizeof(SampleLink) * body.links.size();
-        if (statistics.new_cut_edges > 0 || run_frames > 0)
-            out += (body.topology->corner_uv.empty() ? 25 : 49) * body.topology->origins.size() +
-                   16 * body.topology->pieces.size();
+        add(body.positions);
+        add(body.normals);
+        add(body.field);
+        add(body.sample_positions);
+        add(body.sample_field);
+        add(body.links);
+        add(body.marks);
+        add(body.blocks);
+        out += sizeof(BodyState);
     }
-    out += sizeof(ContactState) * forces.contacts.size();
+    add(forces.contacts);
+    add(forces.arrows);
+    add(instruments);
     return out;
 }
 

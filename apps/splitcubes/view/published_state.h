@@ -40,6 +40,7 @@ struct SurfaceTopology {
     std::uint64_t revision = 0;
     std::vector<SurfaceChange> changes;  // the last ones, ascending
     std::vector<float> rest_and_depth;   // four a vertex slot, m; empty: no finish depends on them
+    std::size_t bytes() const;
 };
 
 /// Quantity that colours a surface.
@@ -166,6 +167,7 @@ struct PublishedState {
     std::string notice;              // the last message, one line
     std::uint64_t notices = 0;       // number of messages
     std::vector<double> parameters;  // by the index of parameter_list()
+    /// Memory, without what states share.
     std::size_t bytes() const;
 };
 using State = std::shared_ptr<const PublishedState>;

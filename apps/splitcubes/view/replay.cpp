@@ -37,6 +37,7 @@ ReplayResult replay_input(const ReplaySettings& settings,
             if (loop.is_playing() || loop.single_steps() > 0) loop.step();
         const State state = loop.publish();
         if (loop.is_open()) timeline.add(state);
+        loop.fill_timeline(timeline, [] { return true; });
         const auto scrubbed = viewer.scrubbed();
         const State past = scrubbed ? timeline.at(*scrubbed) : nullptr;
         viewer.show(past ? past : state);

@@ -53,6 +53,10 @@ void SimulationLoop::take(const std::vector<Command>& commands) {
 }
 
 void SimulationLoop::take_one(const Command& command) {
+    if (command.kind == CommandKind::play || command.kind == CommandKind::single_step ||
+        command.kind == CommandKind::restart || command.kind == CommandKind::resume_at ||
+        command.kind == CommandKind::open)
+        sought_.reset();
     switch (command.kind) {
         case CommandKind::play:
             playing_ = true;
@@ -84,6 +88,7 @@ void SimulationLoop::take_one(const Command& command) {
             break;
         case CommandKind::seek:
             if (run_) run_->seek(static_cast<std::int64_t>(command.value));
+            if (engine_) sought_ = static_cast<std::int64_t>(command.value);
             return;
         default:
             break;
@@ -127,12 +132,30 @@ std::shared_ptr<PublishedState> SimulationLoop::run_state() {
     return out;
 }
 
+void SimulationLoop::complete(PublishedState& state) const {
+    state.scene = scene_;
+    state.commands = taken_;
+    state.playing = playing_;
+    state.speed = speed_;
+}
+
+void SimulationLoop::fill_timeline(Timeline& timeline, const std::function<bool()>& is_wanted) {
+    if (!sought_) return;
+    const std::int64_t step = *std::exchange(sought_, std::nullopt);
+    const State known = timeline.at(step);
+    if (!engine_ || (known && known->step == step)) return;
+    const auto state = engine_->look_back(step, is_wanted);
+    if (!state) {
+        if (!is_wanted()) sought_ = step;  // after what came in between
+        return;
+    }
+    complete(*state);
+    timeline.insert(state);
+}
+
 std::shared_ptr<PublishedState> SimulationLoop::publish() {
     auto out = engine_ ? engine_->publish() : run_ ? run_state() : std::make_shared<PublishedState>();
-    out->scene = scene_;
-    out->commands = taken_;
-    out->playing = playing_;
-    out->speed = speed_;
+    complete(*out);
     if (!is_open() && !failure_.empty()) {
         out->notice = failure_;
         out->notices = 1;
@@ -177,13 +200,17 @@ void SimulationThread::publish() {
     newest_.swap(next);
 }
 
+bool SimulationThread::has_work() const {
+    return quits_ || !inbox_.empty();
+}
+
 void SimulationThread::wait_for_work(Clock::time_point until) {
     std::unique_lock lock(mutex_);
-    const auto has_work = [this] { return quits_ || !inbox_.empty(); };
+    const auto comes = [this] { return has_work(); };
     if (loop_.is_playing())
-        wake_.wait_until(lock, until, has_work);
+        wake_.wait_until(lock, until, comes);
     else
-        wake_.wait(lock, has_work);
+        wake_.wait(lock, comes);
 }
 
 bool SimulationThread::is_due(Clock::time_point now) {
@@ -201,6 +228,10 @@ void SimulationThread::run() {
             commands.swap(inbox_);
         }
         loop_.take(commands);
+        loop_.fill_timeline(timeline_, [this] {
+            const std::lock_guard lock(mutex_);
+            return !has_work();
+        });
         const Clock::time_point now = Clock::now();
         const bool due = is_due(now);
         if (due) {

@@ -9,8 +9,10 @@
 #include <atomic>
 #include <chrono>
 #include <condition_variable>
+#include <functional>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <thread>
 #include <vector>
 
@@ -26,6 +28,9 @@ class SimulationLoop {
     void take(const std::vector<Command>& commands);
     void step();
     std::shared_ptr<PublishedState> publish();
+    /// Where a command asked for an earlier step that a timeline has not, makes its state and inserts it. It
+    /// stops where it is not wanted any more.
+    void fill_timeline(Timeline& timeline, const std::function<bool()>& is_wanted);
 
     bool is_playing() const { return playing_; }
     /// Steps that were asked for one by one while pausing.
@@ -42,6 +47,7 @@ class SimulationLoop {
     EngineSettings settings_;
     void notify(const std::string& text);
     std::shared_ptr<PublishedState> run_state();
+    void complete(PublishedState& state) const;
 
     std::unique_ptr<Engine> engine_;
     std::unique_ptr<RunPlayer> run_;  // in place of an engine
@@ -50,6 +56,7 @@ class SimulationLoop {
     std::uint64_t run_notices_ = 0;
     bool playing_ = false;
     int single_steps_ = 0;
+    std::optional<std::int64_t> sought_;  // step of the past
     double speed_ = 1;
     std::uint64_t scene_ = 0, taken_ = 0;
     std::string failure_;  // of opening, before there is an engine
@@ -75,6 +82,7 @@ class SimulationThread {
     void run();
     void publish();
     void wait_for_work(Clock::time_point until);
+    bool has_work() const;
     bool is_due(Clock::time_point now);
 
     SimulationLoop loop_;

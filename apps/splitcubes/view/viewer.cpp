@@ -79,6 +79,7 @@ const std::vector<Viewer::Slot>& Viewer::slots() {
              if (v.playing_) v.act("pause", {});
              if (v.shows_run()) return v.send(CommandKind::seek, value);
              v.scrubbed_ = static_cast<std::int64_t>(value);
+             v.send(CommandKind::seek, value);
          }},
     };
     return all;
