@@ -25,14 +25,17 @@ struct TemporaryFolder {
     ~TemporaryFolder() { std::filesystem::remove_all(path); }
 };
 
-/// A block of 0.2 x 0.2 x 0.1 m on a table, coarse enough for quick tests.
+/// A block of 0.2 x 0.2 x 0.1 m on a table, coarse enough for quick tests. more: keys of the scene behind a
+/// comma.
 inline std::filesystem::path write_block_scene(const std::filesystem::path& folder,
-                                               const std::string& more = "") {
+                                               const std::string& more = "", int cells = 16,
+                                               int phyxels = 150) {
     const std::filesystem::path file = folder / "block.json";
     std::ofstream(file)
         << R"({"name": "Block", "frames": 10, "ground": {"height": 0}, "contact": {"pieces": true},
   "bodies": [{"name": "block", "shape": {"box": {"size": [0.2, 0.2, 0.1]}},
-              "placement": {"position": [0, 0, 0.05]}, "cells": 16, "phyxel_count": 150,
+              "placement": {"position": [0, 0, 0.05]}, "cells": )"
+        << cells << R"(, "phyxel_count": )" << phyxels << R"(,
               "material": {"youngs_modulus": 30000, "mass_damping": 2, "stiffness_damping": 0.005,
                            "cutting_resistance": 20}}])"
         << more << "}";

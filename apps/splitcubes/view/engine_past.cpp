@@ -68,10 +68,8 @@ void Engine::keep_state(bool at_once) {
     const auto every =
         std::max<std::int64_t>(1, std::llround(settings_.keep_every / simulation_->time_step()));
     if (!at_once && !kept_.empty() && step_ < kept_.back().step + every) return;
-    if (at_once) {
-        ++travels_;
-        note_births();
-    }
+    if (at_once) ++travels_;
+    if (at_once || statistics_.new_cut_edges > 0) note_births();
     kept_.push_back({step_,
                      simulation_->keep(),
                      pulls_,

@@ -83,6 +83,8 @@ void Tools::select(ToolKind kind, std::vector<Command>& out) {
 }
 
 void Tools::suit(double body_size) {
+    if (std::abs(body_size - suited_) < 0.05 * suited_) return;
+    suited_ = body_size;
     settings.knife_depth = 0.15 * body_size;
     settings.scalpel_depth = 0.08 * body_size;
     settings.scissors_length = 0.2 * body_size;

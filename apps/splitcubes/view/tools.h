@@ -60,7 +60,8 @@ class Tools {
     ToolKind kind() const { return kind_; }
     /// Ends what is under way.
     void select(ToolKind kind, std::vector<Command>& out);
-    /// Lengths that suit bodies of a size, m.
+    /// Lengths that suit bodies of a size, m; where the size is about that of the last time, as after a
+    /// restart, they stay what the user made them.
     void suit(double body_size);
 
     void press(double x, double y, const ToolContext& context, std::vector<Command>& out);
@@ -98,6 +99,7 @@ class Tools {
     void snip(const ToolContext& context, std::vector<Command>& out);
     Vec3 point_at_depth(const ToolContext& context, double depth) const;
 
+    double suited_ = 0;  // m, size of the bodies that lengths suit
     ToolKind kind_ = ToolKind::knife;
     bool busy_ = false;     // the button is down and has begun something
     bool lowered_ = false;  // a blade is in the simulation
