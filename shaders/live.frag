@@ -109,12 +109,50 @@ Look look(vec3 right, vec3 up) {
 #endif
 }
 
+#ifdef WITH_SECTION
+uniform int inside;       // material of what a clip plane lays open; -1: the inner side of the surface is seen
+uniform vec3 eye;         // world
+uniform vec4 clip_plane;  // world
+uniform mat4 view_from_world;
+uniform vec3 origin;
+
+mat3 axes_of(vec3 right, vec3 up) {
+    vec3 x = normalize(right), z = normalize(cross(right, up));
+    return mat3(x, cross(z, x), z);
+}
+
+// Where the ray to a back face passes the clip plane it enters the solid: the plane is seen there. Its place at
+// rest follows from that of the back face by the rotation of the triangle.
+bool section(out vec4 shade) {
+    vec3 along = world_position - eye, normal = clip_plane.xyz;
+    mat3 turned = axes_of(dFdx(world_position), dFdy(world_position));
+    mat3 at_rest = axes_of(dFdx(rest_and_depth.xyz), dFdy(rest_and_depth.xyz));
+    float share = (clip_plane.w - dot(normal, eye)) / dot(normal, along);
+    if (gl_FrontFacing || inside < 0 || !(share > 0.0 && share < 1.0)) return false;
+    vec3 at = eye + share * along;
+    Look look = Look(palette[inside], roughness, 0.0);
+#ifdef WITH_FINISHES
+    vec3 from = at - world_position;
+    if (finish_of[inside] >= 0)
+        look = look_of(finish_of[inside], rest_and_depth.xyz + at_rest * (transpose(turned) * from),
+                       abs(dot(from, turned[2])));
+#endif
+    vec3 view = (view_from_world * vec4(at - origin, 1.0)).xyz, n = mat3(view_from_world) * normal;
+    if (dot(n, view) > 0.0) n = -n;
+    shade = vec4(dithered(tone(lit_by(vec2(1.0), view, n, look.colour, look.roughness, look.metalness))), 1.0);
+    return true;
+}
+#endif
+
 void main() {
     vec3 flat_normal = normalize(cross(dFdx(view_position), dFdy(view_position)));
     if (dot(flat_normal, view_position) > 0.0) flat_normal = -flat_normal;
     vec3 n = normalize(gl_FrontFacing ? view_normal : -view_normal);
     // Vertices at the rim of a cut have one normal for both faces.
     if (dot(n, flat_normal) < 0.82) n = flat_normal;
+#ifdef WITH_SECTION
+    if (section(color)) return;
+#endif
     // Behind a clip plane the inside of the surface is seen.
     Look surface = look(dFdx(world_position), dFdy(world_position));
     vec3 marked = hatched(surface.colour, rest_and_depth.xyz, region_mark);

@@ -22,11 +22,10 @@ vec3 mirrored(vec3 direction, float roughness) {
     return mix(floor_light, sky_light, smoothstep(-soft, soft, up)) + 0.5 * lamp * KEY_COLOR;
 }
 
-// Light from a point of this colour towards the eye; n: unit, towards the viewer. Skin-like surfaces reflect
-// 4 % at normal incidence, metals their colour.
-vec3 lit(vec3 position, vec3 n, vec3 albedo, float roughness, float metalness) {
+// Light from a point of this colour towards the eye; n: unit, towards the viewer; seen: shares of sky and key
+// light. Skin-like surfaces reflect 4 % at normal incidence, metals their colour.
+vec3 lit_by(vec2 seen, vec3 position, vec3 n, vec3 albedo, float roughness, float metalness) {
     vec3 v = normalize(-position);
-    vec2 seen = visibility_at(position, n);
     float facing = max(dot(n, light_in_view), 0.0);
     vec3 fill_direction = normalize(vec3(0.75, 0.15, 0.65));
     float fill = 0.5 + 0.5 * dot(n, fill_direction);
@@ -46,4 +45,8 @@ vec3 lit(vec3 position, vec3 n, vec3 albedo, float roughness, float metalness) {
     vec3 around = mirrored(reflect(-v, n), roughness) * mix(1.0, seen.x, 0.6);
     return light + (metalness * albedo + wet) * around;
 #endif
+}
+
+vec3 lit(vec3 position, vec3 n, vec3 albedo, float roughness, float metalness) {
+    return lit_by(visibility_at(position, n), position, n, albedo, roughness, metalness);
 }

@@ -145,6 +145,25 @@ TEST_F(Past, OfASceneWithToolsAndHandlesIsMadeAgain) {
     EXPECT_EQ(session.hash(), now);
 }
 
+TEST_F(Past, LooksInTheMiddleOfAStrokeChangeNothing) {
+    HandSession twin(folder.path / "block.json");
+    twin.key("space");
+    for (HandSession* one : {&session, &twin}) {
+        const auto frame = [&] { one == &session ? this->frame() : one->frame(); };
+        one->press(past_from);
+        for (int k = 1; k <= 24; ++k) {
+            one->move(past_from + (past_to - past_from) * k / 24);
+            frame();
+            if (one == &session && k % 5 == 3) {
+                one->loop.engine()->look_back(k / 2, is_always_wanted);
+            }
+        }
+        one->release(past_to);
+        for (int k = 0; k < 8; ++k) frame();
+    }
+    EXPECT_EQ(twin.hash(), session.hash());
+}
+
 TEST_F(Past, OfNoStepOrOfNoInterestIsNotMade) {
     run(10);
     Engine& engine = *session.loop.engine();

@@ -10,13 +10,26 @@
 
 namespace splitcubes::view {
 
+namespace {
+
+bool is_of_cuts(const std::string& name) {
+    return name.find(geometry::cut_material) != std::string::npos;
+}
+
+}  // namespace
+
+int inside_of(const std::vector<std::string>& names) {
+    const auto found = std::find_if(names.begin(), names.end(), is_of_cuts);
+    return found == names.end() ? -1 : static_cast<int>(found - names.begin());
+}
+
 std::vector<Vec3> palette_of(const std::vector<std::string>& names,
                              const std::vector<geometry::Material>& materials) {
     constexpr double gamma = 2.2;  // materials are linear
     const Vec3 skin(0.90, 0.74, 0.62), cut(0.84, 0.20, 0.13);
     std::vector<Vec3> out;
     for (std::size_t k = 0; k < names.size(); ++k) {
-        out.push_back(names[k].find(geometry::cut_material) != std::string::npos ? cut : skin);
+        out.push_back(is_of_cuts(names[k]) ? cut : skin);
         if (k < materials.size())
             for (int channel = 0; channel < 3; ++channel)
                 out.back()[channel] =

@@ -14,6 +14,9 @@
 
 namespace splitcubes::view {
 
+/// The index of the material of cut faces; -1: there is none.
+int inside_of(const std::vector<std::string>& names);
+
 /// Returns the colours of materials by their names, sRGB. Materials of the input have their own; cut faces
 /// are those of a fresh cut.
 std::vector<Vec3> palette_of(const std::vector<std::string>& names,

@@ -92,6 +92,7 @@ BodyState Engine::body_state(std::size_t index) {
                                                    ? source_->bodies[index].model.attributes.materials
                                                    : std::vector<geometry::Material>()));
     out.palette = records_[index].palette;
+    out.inside = inside_of(simulation_->material_names(body));
     out.finishes = records_[index].looks->finishes();
     out.marks = records_[index].looks->marks(surface, simulation_->time(),
                                              [&](const std::string& name) { return pieces_of(name); });

@@ -133,6 +133,7 @@ void RunPlayer::add_looks(const geometry::SurfaceMesh& surface, std::int32_t bod
     }
     names.insert(names.end(), {geometry::boundary_material, geometry::cut_material});
     out.palette = std::make_shared<const std::vector<Vec3>>(palette_of(names, used));
+    out.inside = inside_of(names);
     if (has_picture && !topology.corner_uv.empty())
         out.pictures = std::make_shared<const BodyLooks::Pictures>(std::move(pictures));
     if (!has_finish) return;

@@ -219,7 +219,11 @@ void Viewer::press(const ViewerInput& input) {
         drag_ = Drag::orbit;
     } else if (state_ && !scrubbed_) {
         drag_ = Drag::tool;
+        const std::size_t before = commands_.size();
         tools_.press(x_, y_, context(), commands_);
+        // Tools that take hold of the material have sent something or begun something.
+        if (!tools_.is_busy() && commands_.size() == before)
+            notify("there is nothing under the pointer: begin on the body");
     }
 }
 

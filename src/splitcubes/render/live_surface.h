@@ -42,6 +42,9 @@ struct LiveStyle {
     double roughness = 0.5;   // 0 mirror .. 1 chalk; without finishes from 0.3 on
     /// The surface is closed: its inside is not seen from outside.
     bool is_closed = false;
+    /// Material of what a clip plane lays open, where materials are shown; negative: the inner side of the
+    /// surface is seen.
+    int inside = -1;
 };
 
 /// Half space that is hidden: points p with normal . p > offset.

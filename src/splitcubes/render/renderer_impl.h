@@ -76,7 +76,8 @@ struct Renderer::Impl {
     /// Those that are opaque, or the others; look: what colours them, null: any.
     void draw_live(const Program& program, const FrameSetup& frame, const DrawList& list, bool veiled = false,
                    const LiveLook* look = nullptr);
-    void shade_live(const FrameSetup& frame, const DrawList& list, bool veiled);
+    /// shows_section: in place of back faces a clip plane is seen.
+    void shade_live(const FrameSetup& frame, const DrawList& list, bool veiled, bool shows_section = false);
     void draw_live_surface(const Program& program, const LiveSurface& surface, std::size_t index);
     std::vector<std::string> light_defines() const {
         return is_all_lit() ? std::vector<std::string>{"ALL_LIT"} : std::vector<std::string>();
@@ -117,6 +118,9 @@ inline float plane_tolerance(const FrameSetup& frame) {
 
 inline void set_clip(const Program& program, const FrameSetup& frame, const ClipPlane& clip) {
     program.set("origin", floats(frame.origin));
+    const Eigen::Matrix4d& view = frame.view_from_world;
+    program.set("eye", floats(Vec3(frame.origin -
+                                   view.topLeftCorner<3, 3>().transpose() * view.topRightCorner<3, 1>())));
     const bool hides = clip.normal.norm() > 0;
     const Vec3 normal = hides ? Vec3(clip.normal.normalized()) : Vec3(Vec3::Zero());
     program.set(

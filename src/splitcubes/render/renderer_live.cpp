@@ -47,6 +47,7 @@ void Renderer::Impl::draw_live_surface(const Program& program, const LiveSurface
     program.set("opacity", static_cast<float>(style.opacity));
     program.set("now_ms", static_cast<float>(style.now_ms));
     program.set("age_range_ms", static_cast<float>(style.age_range_ms));
+    program.set("inside", style.inside);
     if (LiveLook(surface).looks == 2) set_live_pictures(program, surface);
     glDrawElements(GL_TRIANGLES, static_cast<GLsizei>(3 * surface.impl_->triangles.size()), GL_UNSIGNED_INT,
                    nullptr);
@@ -67,7 +68,8 @@ void Renderer::Impl::draw_live(const Program& program, const FrameSetup& frame, 
 }
 
 // By programs that do no more than the surfaces need.
-void Renderer::Impl::shade_live(const FrameSetup& frame, const DrawList& list, bool veiled) {
+void Renderer::Impl::shade_live(const FrameSetup& frame, const DrawList& list, bool veiled,
+                                bool shows_section) {
     std::set<LiveLook> looks;
     for (const LiveSurface* surface : list.surfaces) looks.insert(LiveLook(*surface));
     for (const LiveLook& look : looks) {
@@ -75,6 +77,8 @@ void Renderer::Impl::shade_live(const FrameSetup& frame, const DrawList& list, b
         defines.push_back("COLOURING " + std::to_string(static_cast<int>(look.colouring)));
         defines.emplace_back(look.looks > 0 ? "WITH_FINISHES" : "MATT");
         if (look.looks > 1) defines.emplace_back("WITH_PICTURES");
+        if (shows_section && look.colouring == SurfaceColouring::material)
+            defines.emplace_back("WITH_SECTION");
         const Program& program = programs.live.with(defines);
         program.use();
         set_lighting(program, frame);
@@ -93,7 +97,7 @@ void Renderer::Impl::draw_live_colours(const FrameSetup& frame, const DrawList& 
         if (back && !frame.shows_inside) continue;
         glCullFace(back ? GL_FRONT : GL_BACK);
         glPolygonOffset(back ? behind : 0.0F, back ? 4 * behind : 0.0F);
-        shade_live(frame, list, false);
+        shade_live(frame, list, false, back && list.clip.normal.norm() > 0);
     }
     glDisable(GL_POLYGON_OFFSET_FILL);
     glDisable(GL_CULL_FACE);
@@ -120,8 +124,11 @@ void Renderer::Impl::draw_wires(const FrameSetup& frame, const DrawList& list) {
     glPolygonMode(GL_FRONT_AND_BACK, GL_LINE);
     glEnable(GL_POLYGON_OFFSET_LINE);
     glPolygonOffset(-1.0F, -4.0F);
+    glEnable(GL_BLEND);
+    glBlendFunc(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA);
     draw_live(programs.wire, frame, list);
     draw_live(programs.wire, frame, list, true);
+    glDisable(GL_BLEND);
     glDisable(GL_POLYGON_OFFSET_LINE);
     glPolygonMode(GL_FRONT_AND_BACK, GL_FILL);
 }

@@ -161,6 +161,7 @@ void StateRenderer::update_style(const Viewer& viewer, const PublishedState& sta
         style.age_range_ms = 1e3 * (display.range > 0 ? display.range : default_age_range);
         style.wireframe = display.wireframe;
         style.is_closed = !viewer.shows_run();
+        style.inside = state.bodies[b].inside;
         style.colouring = render::SurfaceColouring::material;
         if (display.colouring == Colouring::piece) style.colouring = render::SurfaceColouring::piece;
         if (display.colouring == Colouring::cut) style.colouring = render::SurfaceColouring::label;

@@ -317,7 +317,7 @@ void Panels::run_control(const Viewer& viewer) {
     }
     slider(viewer, "Speed", "speed", 0.02, 2, "%.2f x", true);
     ImGui::SameLine();
-    ImGui::Text("%.2f s", state.time);
+    ImGui::Text("  Time %.2f s", state.time);
     if (!viewer.is_playing() || !(state.real_time_factor > 0)) return;
     ImGui::SameLine();
     ImGui::Text("runs at %.2f x", state.real_time_factor);
@@ -429,10 +429,15 @@ void Panels::hint(const Viewer& viewer, const PanelData& data) {
     ImGui::End();
 }
 
-void Panels::help() {
-    ImGui::SetNextWindowPos({left_width() + em(2), em(6)});
+void Panels::help(const Viewer& viewer) {
+    const float left = viewer.display().panels ? left_width() : 0,
+                right = viewer.display().panels ? right_width() : 0;
+    const float width = static_cast<float>(viewer.size().width) - left - right - em(2);
+    ImGui::SetNextWindowPos({left + em(1), em(4)});
+    ImGui::SetNextWindowSize({std::max(width, em(20)), 0});
     ImGui::SetNextWindowBgAlpha(0.95F);
-    ImGui::Begin("Help", nullptr, panel_flags | ImGuiWindowFlags_AlwaysAutoResize);
+    ImGui::Begin("Help  (F1 closes it)", nullptr, panel_flags);
+    ImGui::PushTextWrapPos(0);
     for (const ToolInfo& tool : tool_list()) {
         ImGui::TextUnformatted(tool.key.data());
         ImGui::SameLine(em(2));
@@ -456,6 +461,7 @@ void Panels::help() {
          "tools it moves the view.",
          "Drop a scene, a mesh, a recording, a saved state or the folder of a run on the window to open it."})
         ImGui::TextUnformatted(line);
+    ImGui::PopTextWrapPos();
     end_panel();
 }
 
@@ -480,7 +486,7 @@ void Panels::draw(const Viewer& viewer, const PanelData& data, std::vector<Viewe
     notice(viewer, data.seconds);
     legend(data.legend);
     numbers(viewer, data);
-    if (viewer.display().help) help();
+    if (viewer.display().help) help(viewer);
     if (!viewer.display().panels) return;
     hint(viewer, data);
     begin_panel("left", 0, 0, left_width(), height);

@@ -56,7 +56,7 @@ class Panels {
     void run_control(const Viewer& viewer);
     void legend(const Legend& legend);
     void notice(const Viewer& viewer, double seconds);
-    void help();
+    void help(const Viewer& viewer);
     void slider(const Viewer& viewer, const char* label, const char* setting, double low, double high,
                 const char* format, bool logarithmic = false);
     void check(const Viewer& viewer, const char* label, const char* setting);
