@@ -147,6 +147,17 @@ TEST_F(Control, SavesSurfacesPiecesAndCheckpoints) {
     EXPECT_EQ(session.pieces(), 2U);
 }
 
+TEST_F(Control, OpeningIsShownUntilTheFileIsThereOrRefused) {
+    for (const char* name : {"block.json", "nothing.json"}) {
+        const std::string file = folder.path / name;
+        session.viewer.take({.kind = InputKind::act, .name = "open", .text = file});
+        session.viewer.show(session.viewer.state());
+        EXPECT_EQ(session.viewer.opening(), file);
+        session.frame(0);
+        EXPECT_EQ(session.viewer.opening(), "");
+    }
+}
+
 TEST_F(Control, WrongFilesAreANoticeAndChangeNothing) {
     const std::uint64_t before = session.hash();
     session.act("open", folder.path / "nothing.json");

@@ -71,7 +71,7 @@ struct BodyState {
     std::shared_ptr<const std::vector<std::shared_ptr<const geometry::Finish>>> finishes;
     /// Of the materials, by their index; null entries: none; null: no entries.
     std::shared_ptr<const std::vector<std::shared_ptr<const SurfacePicture>>> pictures;
-    int inside = -1;  // material of cut faces; negative: none
+    int inside = -1;           // material of cut faces; negative: none
     std::vector<float> marks;  // a vertex slot: 1 held, -1 pulled, 0 neither; empty: neither
     std::size_t pieces = 0;
     /// Lower and upper corners of runs of triangles_per_block triangle slots, for picks; infinite: all free.

@@ -6,7 +6,7 @@ namespace splitcubes::view {
 
 namespace {
 
-constexpr int warming_frames = 3;        // the first ones wait for shaders
+constexpr int warming_frames = 1;        // the first one waits for shaders
 constexpr double memory = 0.8;           // of the mean
 constexpr double hopeless = 3;           // times the limit: one frame is enough
 constexpr double least_observed = 0.25;  // s, before a change

@@ -107,6 +107,7 @@ geometry::Box Viewer::bounds() const {
 
 void Viewer::show(State state) {
     state_ = std::move(state);
+    if (state_ && std::pair(state_->scene, state_->notices) != before_opening_) opening_.clear();
     // A run pauses by itself at its end.
     if (shows_run()) playing_ = state_->playing;
     if (!state_ || state_->scene == scene_ || state_->bodies.empty()) return;
@@ -335,7 +336,12 @@ void Viewer::act(const std::string& name, const std::string& text) {
     const auto* found =
         std::find_if(sent.begin(), sent.end(), [&](const Sent& one) { return one.name == name; });
     if (found == sent.end()) throw InputError("action", "there is no '" + printable(name) + "'");
-    if (found->kind == CommandKind::open) display_.gallery = false;
+    if (found->kind == CommandKind::open) {
+        display_.gallery = false;
+        opening_ = text;
+        before_opening_ = {0, 0};
+        if (state_) before_opening_ = {state_->scene, state_->notices};
+    }
     if (found->kind == CommandKind::play) playing_ = true;
     if (found->kind == CommandKind::pause || found->kind == CommandKind::single_step) playing_ = false;
     if (found->kind != CommandKind::resume_at) {

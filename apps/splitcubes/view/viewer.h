@@ -60,6 +60,8 @@ class Viewer {
     std::uint64_t notices() const { return notices_; }
     /// Position of the pointer, pixels.
     std::pair<double, double> pointer() const { return {x_, y_}; }
+    /// The file that is being opened; empty: none.
+    const std::string& opening() const { return opening_; }
     /// Whether the state is a frame of a run that is played back.
     bool shows_run() const { return state_ && state_->run_frames > 0; }
     bool is_button_down() const { return drag_ != Drag::none; }
@@ -110,6 +112,8 @@ class Viewer {
     std::deque<std::pair<WindowAct, std::string>> acts_;
     std::string notice_;
     std::uint64_t notices_ = 0;
+    std::string opening_;
+    std::pair<std::uint64_t, std::uint64_t> before_opening_;  // scene and notices
     std::optional<std::int64_t> scrubbed_;
     enum class Drag { none, tool, orbit, pan } drag_ = Drag::none;
     double x_ = 0, y_ = 0;

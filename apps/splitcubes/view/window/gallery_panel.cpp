@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <filesystem>
 
 #include <imgui.h>
 
@@ -65,7 +66,19 @@ void GalleryPanel::tile(std::size_t item, std::vector<ViewerInput>& out) {
     ImGui::PopID();
 }
 
+void GalleryPanel::draw_opening(const Viewer& viewer) {
+    ImGui::SetNextWindowPos(
+        {0.5F * static_cast<float>(viewer.size().width), 0.5F * static_cast<float>(viewer.size().height)}, 0,
+        {0.5F, 0.5F});
+    ImGui::Begin("opening", nullptr,
+                 ImGuiWindowFlags_NoTitleBar | ImGuiWindowFlags_AlwaysAutoResize |
+                     ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoInputs);
+    ImGui::Text("Opening %s ...", std::filesystem::path(viewer.opening()).filename().c_str());
+    ImGui::End();
+}
+
 void GalleryPanel::draw(const Viewer& viewer, std::vector<ViewerInput>& out) {
+    if (!viewer.opening().empty()) return draw_opening(viewer);
     if (!thumbnails_) {
         thumbnails_.emplace(context_, gallery_items(scenes_folder()), makes_);
         textures_.assign(thumbnails_->items().size(), 0);

@@ -25,6 +25,7 @@ class GalleryPanel {
     bool is_busy() const { return thumbnails_ && !thumbnails_->is_complete(); }
 
   private:
+    static void draw_opening(const Viewer& viewer);
     void tile(std::size_t item, std::vector<ViewerInput>& out);
 
     const gl::Context& context_;

@@ -413,6 +413,8 @@ void Panels::numbers(const Viewer& viewer, const PanelData& data) {
 // What to do first, and what the window is busy with.
 void Panels::hint(const Viewer& viewer, const PanelData& data) {
     std::string text = data.film;
+    if (!viewer.opening().empty())
+        text = "Opening " + std::filesystem::path(viewer.opening()).filename().string() + " ...";
     if (text.empty() && viewer.scrubbed())
         text = "This is the past.  'Go on from here' below goes on from it, Esc goes back to now.";
     if (text.empty() && !viewer.is_playing())
