@@ -1,4 +1,4 @@
-// What the frames of a run look like, by its scene.
+// Looks of the frames of a run, by its scene.
 #pragma once
 
 #ifdef SPLITCUBES_WITH_RENDER

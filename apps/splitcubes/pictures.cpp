@@ -60,7 +60,7 @@ geometry::Box intersection(const geometry::Box& a, const geometry::Box& b) {
     return {a.min.cwiseMax(b.min), a.max.cwiseMin(b.max)};
 }
 
-// What is further from the bodies than this share of their size does not draw the camera back.
+// Things further from the bodies than this share of their size do not draw the camera back.
 constexpr double bodies_reach = 2.5, tools_reach = 0.6;
 
 }  // namespace

@@ -85,7 +85,7 @@ Targets targets_of(const std::vector<std::string>& outputs) {
 
 #ifdef SPLITCUBES_WITH_RENDER
 
-// Whether it is a mesh whose name is a number.
+// Tells whether it is a mesh whose name is a number.
 bool is_frame_mesh(const fs::path& file) {
     const std::string name = file.stem().string();
     return io::format_of_extension(file) && !name.empty() &&

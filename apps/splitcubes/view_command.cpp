@@ -76,7 +76,7 @@ class Pictures {
     }
 
   private:
-    // Of an even size, where a film needs it.
+    // The size is even where a film needs it.
     render::Picture picture(const view::Viewer& viewer, int multiple) {
 #ifdef SPLITCUBES_WITH_VIEWER
         render::Picture whole = panels_->picture(viewer, *renderer_);

@@ -138,7 +138,7 @@ TEST_F(FinishTest, MetalMirrorsItsSurroundingsInItsColour) {
         const std::uint8_t* p = picture.pixel(80, row);
         return p[0] + p[1] + p[2];
     };
-    // Of a ball the upper part mirrors the sky, the lower one the floor.
+    // The upper part of a ball mirrors the sky, the lower one the floor.
     EXPECT_GT(sum(62), sum(98) + 100);
     EXPECT_GT(redness(picture, 80, 98), 0.4);
 }

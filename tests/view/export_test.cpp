@@ -1,4 +1,5 @@
-// What a session leaves: scenes and paths of its strokes, the rate over its steps; runs that are played back.
+// Files that a session leaves: scenes and paths of its strokes, the rate over its steps; runs that are played
+// back.
 #include "view/sessions.h"
 
 #include <splitcubes/core/error.h>

@@ -83,14 +83,14 @@ struct RandomHands {
     void scrub() {
         const auto range = timeline.range();
         if (!range) return;
-        // What was done before a return cannot be undone: it is not far and not late.
+        // Strokes from before a return cannot be undone: it is not far and not late.
         const bool returns = share() < 0.5 && session.loop.engine()->log().strokes().size() <= 6;
         const std::int64_t first = returns ? std::max(range->first, range->second - 100) : range->first;
         const auto steps = static_cast<double>(range->second - first + 1);
         const auto step = static_cast<std::int64_t>(static_cast<double>(first) + std::floor(share() * steps));
         const std::uint64_t hash = session.hash();
         session.set("timeline", static_cast<double>(step));
-        // Of a time that many steps are missing of the nearest state is shown.
+        // The nearest state is shown where many steps are missing.
         int patience = 40;
         session.loop.fill_timeline(timeline, [&] { return --patience > 0; });
         exact += timeline.at(step)->step == step;

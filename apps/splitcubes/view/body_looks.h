@@ -1,4 +1,4 @@
-// How a body of a scene looks in the window: finishes of its materials, depths below its uncut surface, and
+// Looks of a body of a scene in the window: finishes of its materials, depths below its uncut surface, and
 // the regions that are held or pulled.
 #pragma once
 

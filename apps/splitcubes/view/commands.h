@@ -1,4 +1,4 @@
-// What tools and panels ask of the simulation. Commands and the steps at which they were carried out
+// Commands of tools and panels to the simulation. They and the steps at which they were carried out
 // determine a session, so that a recording of them repeats it to the last bit.
 #pragma once
 
@@ -13,7 +13,7 @@
 namespace splitcubes::view {
 
 enum class CommandKind {
-    // Of the simulation; recorded.
+    // Commands of the simulation that are recorded.
     set_parameter,  // `name`, `value`
     apply_preset,   // `name`
     undo,
@@ -27,7 +27,7 @@ enum class CommandKind {
     pin,           // `slot`: the pull stays
     unpin,         // `slot`
     drop,          // blades and pulls that are under way, where time went on from an earlier step
-    // Of the simulation; not recorded.
+    // Commands of the simulation that are not recorded.
     restart,
     resume_at,        // `value`: the step to go on from
     open,             // `name`: a file
@@ -40,7 +40,7 @@ enum class CommandKind {
     save_curve,       // `name`: a file, .svg or .csv
     show_field,       // `value`: a Field; `slot`: Detail bits
     seek,             // `value`: the frame of a run, or the earlier step of a simulation, to show
-    // Of the loop around it.
+    // Commands of the loop around it.
     play,
     pause,
     single_step,
@@ -81,7 +81,7 @@ struct Recording {
 void write_session_recording(const std::filesystem::path& file, const Recording& recording);
 /// Throws InputError.
 Recording read_session_recording(const std::filesystem::path& file);
-/// Whether a file begins as a recording does.
+/// Tells whether a file begins as a recording does.
 bool is_recording(const std::filesystem::path& file);
 
 }  // namespace splitcubes::view

@@ -421,7 +421,7 @@ void Engine::save_surfaces(const std::string& file) const {
     }
 }
 
-// Of parameters the values that they have now; those of a scene that were not changed stay.
+// Parameters have the values of now; those of a scene that were not changed stay.
 scene::SceneDescription Engine::scene_with_strokes() const {
     scene::SceneDescription out = exported_scene(*source_, log_, step_ + 1);
     for (const auto& [index, value] : changed_) {

@@ -1,4 +1,4 @@
-// What an engine publishes.
+// States that an engine publishes.
 #include "body_looks.h"
 #include "engine.h"
 #include "scene_driver.h"

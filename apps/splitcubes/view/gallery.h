@@ -1,4 +1,4 @@
-// What can be opened without naming a file: the scenes and meshes that come along.
+// The scenes and meshes that come along, to open without naming a file.
 #pragma once
 
 #include "published_state.h"

@@ -36,7 +36,7 @@ struct ViewerInput {
     std::string name{};      // of a key ("a", "1", "space", "left"), a parameter, an action
     double value = 0;
     std::string text{};
-    /// Of a device with six axes: shift to the right, up and towards the user as shares of the view's
+    /// Axes of a device that has six: shift to the right, up and towards the user as shares of the view's
     /// distance, and turn about these directions, rad.
     std::array<double, 6> axes{};
 };

@@ -27,7 +27,7 @@ constexpr std::array<Parameter, parameter_count> parameters = {{
      "Between elastic samples; smaller bends more finely and takes longer"},
 }};
 
-// Where a source does not give a quantity it says so. Dampings are chosen so that bodies of a decimetre come
+// Entries say which quantities a source does not give. Dampings are chosen so that bodies of a decimetre come
 // to rest within a second or two.
 constexpr std::array<Preset, 5> presets = {{
     {"liver", 1.5e4, 0.45, 1060, 1, 0.006, 164, 2.5e4,

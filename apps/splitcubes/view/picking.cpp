@@ -18,7 +18,7 @@ struct Hit {
     std::array<double, 3> weights{};
 };
 
-// Whether a half line meets a box nearer than a distance.
+// Tells whether a half line meets a box nearer than a distance.
 bool meets(const std::array<float, 6>& box, const Vec3f& origin, const Vec3f& inverse, float limit) {
     float from = 0, to = limit;
     for (int axis = 0; axis < 3; ++axis) {

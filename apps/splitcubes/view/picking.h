@@ -20,7 +20,7 @@ struct MaterialPoint {
     Vec3 world = Vec3::Zero();                // m, world, when it was picked
 };
 
-/// Where a half line meets a surface first.
+/// The point at which a half line meets a surface first.
 struct Pick {
     MaterialPoint point;
     Vec3 normal = Vec3::UnitZ();              // unit, world, against the ray
@@ -31,7 +31,7 @@ struct Pick {
 
 std::optional<Pick> pick(const PublishedState& state, const Ray& ray);
 
-/// Where the point is now; nothing if the surface there has been replaced by a cut.
+/// The position that the point has now; nothing if the surface there has been replaced by a cut.
 std::optional<Vec3> present_position(const MaterialPoint& point, const PublishedState& state);
 std::optional<Vec3> present_position(const MaterialPoint& point, const SurfaceView& surface);
 

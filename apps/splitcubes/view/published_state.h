@@ -1,5 +1,5 @@
-// What the simulation publishes after each step: plain values that never change again, so that the window
-// draws them without a lock.
+// States that the simulation publishes after each step: plain values that never change again, so that the
+// window draws them without a lock.
 #pragma once
 
 #include <splitcubes/api/simulation.h>
@@ -21,7 +21,7 @@ struct InstrumentPart;
 
 namespace splitcubes::view {
 
-/// What one change did to a surface's arrays.
+/// Parts of a surface's arrays that one change touched.
 struct SurfaceChange {
     std::uint64_t revision = 0;  // after it
     std::vector<Range> vertices, triangles;
@@ -46,7 +46,7 @@ struct SurfaceTopology {
 /// Quantity that colours a surface.
 enum class Field { none, von_mises_stress, principal_stress, principal_strain };
 
-/// What states hold beside the surfaces, where it is shown; bits.
+/// Things that states hold beside the surfaces, where they are shown; bits.
 enum Detail : unsigned { show_samples = 1, show_links = 2, show_contacts = 4 };
 
 /// A picture on a material, of a file or in memory.
@@ -67,9 +67,9 @@ struct BodyState {
     std::vector<float> sample_field;                   // a phyxel
     std::vector<SampleLink> links;                     // between phyxels; empty: not shown
     std::shared_ptr<const std::vector<Vec3>> palette;  // sRGB, of the materials
-    /// Of the materials; null entries: the palette's colour; null: no entries.
+    /// Finishes of the materials; null entries: the palette's colour; null: no entries.
     std::shared_ptr<const std::vector<std::shared_ptr<const geometry::Finish>>> finishes;
-    /// Of the materials, by their index; null entries: none; null: no entries.
+    /// Pictures of the materials, by their index; null entries: none; null: no entries.
     std::shared_ptr<const std::vector<std::shared_ptr<const SurfacePicture>>> pictures;
     int inside = -1;           // material of cut faces; negative: none
     std::vector<float> marks;  // a vertex slot: 1 held, -1 pulled, 0 neither; empty: neither

@@ -25,7 +25,7 @@ struct ReplaySettings {
     int threads = 0;
 };
 
-/// How a replay ended.
+/// End of a replay.
 struct ReplayResult {
     std::int64_t step = 0;
     double time = 0;  // s

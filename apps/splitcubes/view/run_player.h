@@ -16,7 +16,7 @@ struct SurfaceMesh;
 
 namespace splitcubes::view {
 
-/// Whether it is a folder that `splitcubes run` wrote.
+/// Tells whether it is a folder that `splitcubes run` wrote.
 bool is_run(const std::filesystem::path& folder);
 
 class RunPlayer {

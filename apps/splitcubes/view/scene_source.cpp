@@ -19,7 +19,7 @@ namespace splitcubes::view {
 
 namespace {
 
-// Of a body that is made of a mesh alone: a soft tissue, in cells that a laptop steps in real time.
+// Settings of a body that is made of a mesh alone: a soft tissue, in cells that a laptop steps in real time.
 constexpr int mesh_cells = 40;
 constexpr int mesh_phyxels = 700;
 constexpr double mesh_sag = 0.03;          // share of its size by which its weight deforms it

@@ -1,4 +1,4 @@
-// What can be opened: a scene, or a mesh that becomes a body on a table.
+// Sources of a session: a scene, or a mesh that becomes a body on a table.
 #pragma once
 
 #include <splitcubes/api/simulation.h>
@@ -29,7 +29,7 @@ struct SceneSource {
     scene::SceneDescription description;
     std::vector<BodySource> bodies;
     std::vector<cutting::Blade> blades;  // of the scene's tools
-    /// Of the scene's tools, own frames; of one without an instrument there are none.
+    /// Solids of the scene's tools, own frames; a tool without an instrument has none.
     std::vector<std::shared_ptr<const std::vector<scene::InstrumentPart>>> instruments;
     std::vector<std::string> notes;  // what the viewer leaves out
     bool is_checkpoint = false;      // a saved simulation; there is nothing else then

@@ -19,7 +19,7 @@ struct CurvePoint {
     std::size_t cut_edges = 0;  // of the grids, in this step
 };
 
-/// Of a long session every second step is kept, every fourth and so on, so that its size is bounded.
+/// A long session is kept by every second step, every fourth and so on, so that its size is bounded.
 class SessionCurve {
   public:
     static constexpr std::size_t max_points = 20000;

@@ -18,7 +18,7 @@
 
 namespace splitcubes::view {
 
-/// What a loop keeps over the engines that it opens. For one thread.
+/// A loop opens engines and runs them. For one thread.
 class SimulationLoop {
   public:
     explicit SimulationLoop(const EngineSettings& settings) : settings_(settings) {}
@@ -28,8 +28,8 @@ class SimulationLoop {
     void take(const std::vector<Command>& commands);
     void step();
     std::shared_ptr<PublishedState> publish();
-    /// Where a command asked for an earlier step that a timeline has not, makes its state and inserts it. It
-    /// stops where it is not wanted any more.
+    /// Makes the state of an earlier step that a command asked for and inserts it, if the timeline has none.
+    /// Stops as soon as it is not wanted any more.
     void fill_timeline(Timeline& timeline, const std::function<bool()>& is_wanted);
 
     bool is_playing() const { return playing_; }

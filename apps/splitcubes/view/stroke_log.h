@@ -51,9 +51,9 @@ class StrokeLog {
     void move_pull(std::size_t id, const StrokeSample& sample, double step_start);
     void end_pull(std::size_t id, double time);
     void clear();
-    /// What began at or after a time was undone.
+    /// Strokes and pulls that began at or after a time were undone.
     void go_back(double time);
-    /// What began before a time was done again.
+    /// Strokes and pulls that began before a time were done again.
     void go_forward(double time);
     /// Nothing that was undone comes back.
     void forget_undone();

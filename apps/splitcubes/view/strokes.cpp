@@ -8,7 +8,7 @@ namespace splitcubes::view {
 
 namespace {
 
-// What the anchor has moved since the command was made.
+// Motion of the anchor since the command was made.
 Vec3 drift(const Command& command, const Simulation& simulation) {
     const std::vector<BodyId> bodies = simulation.bodies();
     if (!command.has_anchor || command.anchor.body >= bodies.size()) return Vec3::Zero();
@@ -23,7 +23,7 @@ Isometry shifted(const Isometry& frame, const Vec3& by) {
     return out;
 }
 
-// What a stroke touches, of the body and piece at the anchor.
+// A stroke touches the body and the piece at its anchor.
 std::int32_t piece_at(const MaterialPoint& anchor, const SurfaceView& surface) {
     const std::uint32_t slot = anchor.vertices[0];
     return slot < surface.pieces.size() ? surface.pieces[slot] : -1;
@@ -121,7 +121,7 @@ void Strokes::after_step(Simulation& simulation, StrokeLog& log) {
     for (auto it = strokes_.begin(); it != strokes_.end();) {
         Stroke& stroke = it->second;
         if (stroke.ends && stroke.frames.empty()) {
-            // What it crossed in this step is cut in the next one.
+            // The next step cuts along the way of this one.
             if (--stroke.steps_left == 1) {
                 simulation.raise_tool(stroke.tool);
                 log.end_stroke(stroke.logged, simulation.time());

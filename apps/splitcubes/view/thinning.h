@@ -1,4 +1,4 @@
-// Which of the past is kept where memory is limited.
+// Choice of the past that is kept where memory is limited.
 #pragma once
 
 #include <algorithm>

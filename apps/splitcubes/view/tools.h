@@ -33,7 +33,7 @@ struct ToolSettingsOfUser {
     double blade_length = 0.1;  // of the free blade
 };
 
-/// What a tool sees.
+/// State and view that a tool works in.
 struct ToolContext {
     const PublishedState& state;
     const OrbitCamera& camera;
@@ -67,7 +67,7 @@ class Tools {
     void press(double x, double y, const ToolContext& context, std::vector<Command>& out);
     void move(double x, double y, const ToolContext& context, std::vector<Command>& out);
     void release(const ToolContext& context, std::vector<Command>& out);
-    /// Whether the wheel is the tool's: otherwise it zooms.
+    /// Tells whether the wheel is the tool's: otherwise it zooms.
     bool wheel(double notches, const ToolContext& context, std::vector<Command>& out);
     /// Moves the free blade by a device with six axes; see ViewerInput.
     void six_axis(const std::array<double, 6>& axes, const ToolContext& context, std::vector<Command>& out);

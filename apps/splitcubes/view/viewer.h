@@ -15,7 +15,7 @@
 
 namespace splitcubes::view {
 
-/// What colours a surface.
+/// Quantity that colours a surface.
 enum class Colouring { material, piece, von_mises_stress, principal_stress, principal_strain, cut, age };
 inline constexpr std::array<std::string_view, 7> colouring_names = {
     "Material", "Piece", "Von Mises stress", "Principal stress", "Principal strain", "Cut", "Age of the cut"};
@@ -62,7 +62,7 @@ class Viewer {
     std::pair<double, double> pointer() const { return {x_, y_}; }
     /// The file that is being opened; empty: none.
     const std::string& opening() const { return opening_; }
-    /// Whether the state is a frame of a run that is played back.
+    /// Tells whether the state is a frame of a run that is played back.
     bool shows_run() const { return state_ && state_->run_frames > 0; }
     bool is_button_down() const { return drag_ != Drag::none; }
     /// Step of the timeline to show in place of the newest state.

@@ -42,6 +42,7 @@ struct Programs {
     gl::Program live_shadow = gl::Program::from_files("live.vert", "shadow.frag");
     gl::Program live_surface = gl::Program::from_files("live.vert", "surface.frag");
     ProgramVariants live{"live.vert", "live.frag"};
+    gl::Program section = gl::Program::from_files("live.vert", "section.frag");
     gl::Program wire = gl::Program::from_files("live.vert", "wire.frag");
     gl::Program points = gl::Program::from_files("points.vert", "points.frag");
     gl::Program line = gl::Program::from_files("line.vert", "line.frag");
@@ -85,7 +86,7 @@ struct ScreenTargets {
           blurred(GL_RGBA32F, half_width, half_height, GL_NEAREST),
           surface_depth(GL_DEPTH_COMPONENT32F, half_width, half_height, 1),
           color(GL_SRGB8_ALPHA8, width, height, samples),
-          depth(GL_DEPTH_COMPONENT24, width, height, samples),
+          depth(GL_DEPTH24_STENCIL8, width, height, samples),
           final_color(GL_SRGB8_ALPHA8, width, height, 1) {
         surface_target.attach(GL_COLOR_ATTACHMENT0, surface);
         surface_target.attach(GL_DEPTH_ATTACHMENT, surface_depth);
@@ -95,7 +96,7 @@ struct ScreenTargets {
         blurred_target.attach(GL_COLOR_ATTACHMENT0, blurred);
         blurred_target.check("blurred visibility");
         picture_target.attach(GL_COLOR_ATTACHMENT0, color);
-        picture_target.attach(GL_DEPTH_ATTACHMENT, depth);
+        picture_target.attach(GL_DEPTH_STENCIL_ATTACHMENT, depth);
         picture_target.check("the picture (" + std::to_string(samples) + " samples)");
         final_target.attach(GL_COLOR_ATTACHMENT0, final_color);
         final_target.check("the final picture");

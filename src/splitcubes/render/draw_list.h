@@ -77,7 +77,7 @@ struct SurfacePalette {
     double crease_degrees = 35.0;              // sharper edges are shaded sharp
 };
 
-/// What a surface's materials look like.
+/// Looks of a surface's materials.
 struct SurfaceLooks {
     /// By material; null and beyond the end: as the material says.
     std::vector<std::shared_ptr<const geometry::Finish>> finishes = {};

@@ -24,7 +24,7 @@ enum class SurfaceColouring {
     age,    // of the label, which is a time in ms
 };
 
-/// How a live surface is drawn.
+/// Style that a live surface is drawn in.
 struct LiveStyle {
     SurfaceColouring colouring = SurfaceColouring::material;
     std::array<Vec3, 16> palette{};  // sRGB, of materials; larger numbers begin again
@@ -91,7 +91,7 @@ class LiveSurface {
 
     /// Bounds of the vertices that are used.
     const geometry::Box& bounds() const;
-    /// What its style needs: 0 colours, 1 finishes, 2 pictures, too.
+    /// Needs of its style: 0 colours, 1 finishes, 2 pictures, too.
     int looks() const;
     /// Bytes that were copied to the driver since the surface was made.
     std::size_t bytes_copied() const;

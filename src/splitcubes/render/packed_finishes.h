@@ -14,7 +14,7 @@ namespace splitcubes::render {
 class PackedFinishes {
   public:
     static constexpr std::size_t texels_each = 20;
-    /// Of them, which every driver takes.
+    /// Number of them, which every driver takes.
     static constexpr std::size_t max_count = 65536 / texels_each;
 
     /// Returns the number of a finish; -1 if there are too many.

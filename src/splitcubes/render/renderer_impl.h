@@ -85,6 +85,7 @@ struct Renderer::Impl {
     bool is_all_lit() const { return !options.shadows && !options.ambient_occlusion; }
     void set_live_pictures(const Program& program, const LiveSurface& surface);
     void draw_live_colours(const FrameSetup& frame, const DrawList& list);
+    void move_sections(const FrameSetup& frame, const DrawList& list);
     void draw_veils(const FrameSetup& frame, const DrawList& list);
     void draw_wires(const FrameSetup& frame, const DrawList& list);
     void draw_points(const FrameSetup& frame, const DrawList& list);

@@ -87,23 +87,53 @@ void Renderer::Impl::shade_live(const FrameSetup& frame, const DrawList& list, b
     }
 }
 
+// Where back faces are seen, so that the ground under a body does not hide its section. Culling and the marks
+// of back faces are those of draw_live_colours().
+void Renderer::Impl::move_sections(const FrameSetup& frame, const DrawList& list) {
+    programs.section.use();
+    set_camera(programs.section, frame);
+    set_clip(programs.section, frame, list.clip);
+    glStencilFunc(GL_EQUAL, 1, 1);
+    glStencilOp(GL_KEEP, GL_KEEP, GL_KEEP);
+    glDepthFunc(GL_ALWAYS);
+    glColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
+    glEnable(GL_CLIP_DISTANCE0);
+    for (std::size_t k = 0; k < list.surfaces.size(); ++k) {
+        const LiveStyle& style = list.surfaces[k]->style;
+        if (style.inside >= 0 && !(style.opacity < 1) && style.colouring == SurfaceColouring::material)
+            draw_live_surface(programs.section, *list.surfaces[k], k);
+    }
+    glDisable(GL_CLIP_DISTANCE0);
+    glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
+    glDepthFunc(GL_LESS);
+    glDisable(GL_STENCIL_TEST);
+}
+
 void Renderer::Impl::draw_live_colours(const FrameSetup& frame, const DrawList& list) {
     if (list.surfaces.empty()) return;
     glEnable(GL_CULL_FACE);
     glEnable(GL_POLYGON_OFFSET_FILL);
     // Behind a clip plane back faces are not beside front faces, and the ground is close to them.
-    const float behind = list.clip.normal.norm() > 0 ? 0.0F : 2.0F;
+    const bool clips = list.clip.normal.norm() > 0;
+    const float behind = clips ? 0.0F : 2.0F;
     for (const bool back : {false, true}) {
         if (back && !frame.shows_inside) continue;
+        if (back && clips) {
+            glClear(GL_STENCIL_BUFFER_BIT);
+            glEnable(GL_STENCIL_TEST);
+            glStencilFunc(GL_ALWAYS, 1, 1);
+            glStencilOp(GL_KEEP, GL_KEEP, GL_REPLACE);
+        }
         glCullFace(back ? GL_FRONT : GL_BACK);
         glPolygonOffset(back ? behind : 0.0F, back ? 4 * behind : 0.0F);
-        shade_live(frame, list, false, back && list.clip.normal.norm() > 0);
+        shade_live(frame, list, false, back && clips);
+        if (back && clips) move_sections(frame, list);
     }
     glDisable(GL_POLYGON_OFFSET_FILL);
     glDisable(GL_CULL_FACE);
 }
 
-// Of each surface only what is nearest to the eye lies over the rest of the picture.
+// Only the part of each surface that is nearest to the eye lies over the rest of the picture.
 void Renderer::Impl::draw_veils(const FrameSetup& frame, const DrawList& list) {
     glColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
     shade_live(frame, list, true);

@@ -1,4 +1,4 @@
-// How things of a scene look; plain data like description.h.
+// Looks of things of a scene; plain data like description.h.
 #pragma once
 
 #include <splitcubes/geometry/finish.h>
@@ -60,7 +60,7 @@ struct MeshInstrument {
 };
 using InstrumentDescription = std::variant<BladeInstrument, WireInstrument, SpoonInstrument, MeshInstrument>;
 
-/// What is drawn besides bodies and colliders.
+/// Things that are drawn besides bodies and colliders.
 struct DisplayDescription {
     bool tools = true;
     bool handles = true;  // rods from regions that are pulled to where they are pulled

@@ -56,7 +56,7 @@ Vec3 wake(const cutting::Blade& blade, const std::vector<Vec3>& line) {
     return across(Vec3::UnitZ(), chord.norm() > reach ? chord : Vec3(Vec3::UnitX()));
 }
 
-// Whether the edge is held at its end: the one that moves less, else the higher one.
+// Tells whether the edge is held at its end: the one that moves less, else the higher one.
 bool is_held_at_end(const cutting::Blade& blade, const std::vector<Vec3>& line, std::optional<Grip> grip) {
     if (grip) return *grip == Grip::end;
     const std::vector<double> times = working_times(blade);

@@ -207,7 +207,7 @@ SceneDescription parse_scene_text(std::string_view text, const std::string& name
     note_unrepresentable(parsed.unheld, source);
     SceneDescription out = read_scene(Value(source, parsed.json, {}));
     source.raise();
-    // What a run writes must be readable again.
+    // Scenes that a run writes must be readable again.
     if (source.repeats && resolved_scene(out).dump().size() > ParseLimits::bytes)
         throw InputError(
             name,

@@ -195,7 +195,7 @@ void read_relation(const Object& object, const std::vector<ToolDescription>& bef
                    known.empty() ? "list the tool that it moves with before it" : "there are " + known);
 }
 
-// Whether parts without keyframes were reported.
+// Tells whether parts without keyframes were reported.
 bool is_complete(const SimpleMotion& motion) {
     const auto* path = std::get_if<KeyframeMotion>(&motion);
     return path == nullptr || !path->keyframes.empty();

@@ -77,7 +77,7 @@ class Value {
     const nlohmann::ordered_json& json() const { return *json_; }
     const JsonPath& path() const { return path_; }
     bool is_void() const { return void_; }
-    /// Whether it is there and nothing is known to be wrong with it or in it.
+    /// Tells whether it is there and nothing is known to be wrong with it or in it.
     bool sound() const { return !void_ && !source_->problems.within(path_); }
     /// Notes a problem of this value: `bodies[0].cells is -1, ...`.
     void fail(const std::string& problem, const std::string& remedy) const;
@@ -140,7 +140,7 @@ class Object {
     std::string_view only_key() const;
     /// Notes it when both are given.
     void not_both(std::string_view first, std::string_view second) const;
-    /// Whether nothing is wrong with what stands under these keys; absent ones are right unless they
+    /// Tells whether nothing is wrong with what stands under these keys; absent ones are right unless they
     /// were queried by at().
     bool sound(std::initializer_list<std::string_view> keys) const;
 

@@ -1,4 +1,4 @@
-// What each setting of the display does to the picture.
+// Each setting of the display changes the picture as it says.
 #include "view/draw/drawn_sessions.h"
 
 #include <splitcubes/render/image.h>
@@ -105,6 +105,40 @@ TEST_F(DisplayPixels, EdgesAndClipPlane) {
     const Pixel hidden = at(Vec3(0.08, 0, 0.1)), left = at(Vec3(-0.08, 0, 0.1));
     EXPECT_GT(left.red, left.blue + 20);
     EXPECT_LT(std::abs(hidden.red - hidden.blue), std::abs(left.red - left.blue));
+}
+
+TEST_F(DisplayPixels, SlidersOfTheMaterialAreSeen) {
+    session->set("forces", 0);
+    // The middle of the rear upper edge, where the background is after the body has come down.
+    const auto height = [&](const char* name, double value) {
+        session->set(name, value);
+        session->run(25);
+        return session->viewer.bounds().max.z();
+    };
+    const double before = session->viewer.bounds().max.z();
+    const Vec3 edge(0, 0.1, before - 0.002);
+    const Pixel body = at(edge);
+    EXPECT_GT(body.red, body.blue + 20);
+    EXPECT_LT(height("youngs_modulus", 2500), before - 0.006);
+    const Pixel behind = at(edge);
+    EXPECT_LT(std::abs(behind.red - behind.blue), body.red - body.blue);
+    const double sagged = session->viewer.bounds().max.z();
+    EXPECT_GT(height("gravity", 0.5), sagged + 0.003);
+    EXPECT_GT(height("density", 300), sagged + 0.003);
+}
+
+TEST_F(DisplayPixels, ClipPlaneShowsTheInside) {
+    session->key("space");
+    session->frame();
+    session->set("clip", 1);
+    session->set("clip_axis", 1);
+    session->set("clip_offset", 0.5);
+    EXPECT_TRUE(is_red(at(Vec3(0, 0, 0.05)))) << "the colour of cut faces";
+    session->set("clip_offset", 0.02);
+    EXPECT_TRUE(is_red(at(Vec3(0.05, -0.096, 0.05))));
+    EXPECT_FALSE(is_red(at(Vec3(0, 0, 0.1)))) << "its skin stays";
+    session->set("clip", 0);
+    EXPECT_LT(count(is_red), 30U);
 }
 
 TEST_F(DisplayPixels, ThePastIsShownAsItWas) {

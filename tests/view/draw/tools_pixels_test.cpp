@@ -1,4 +1,4 @@
-// What the picture shows of each tool while it works, and of what it leaves.
+// The picture shows each tool while it works, and its traces.
 #include "view/draw/drawn_sessions.h"
 
 namespace splitcubes::view_tests {
@@ -67,6 +67,36 @@ TEST_F(ToolPixels, FreeBladeIsALineWhereverThePointerIs) {
     session->frame();
     const auto blade = session->viewer.tools().overlay(session->viewer.context()).back().points;
     EXPECT_TRUE(is_near(0.5 * (blade[0] + blade[1]), is_blue));
+}
+
+TEST_F(ToolPixels, LengthsOfToolsAreSeen) {
+    session->key("6");
+    session->move({0, 0, 0.2});
+    session->set("blade_length", 0.06);
+    const auto end_of_blade = [&] {
+        return session->viewer.tools().overlay(session->viewer.context()).back().points[1];
+    };
+    const Vec3 near = end_of_blade();
+    session->set("blade_length", 0.2);
+    const Vec3 far = end_of_blade();
+    EXPECT_TRUE(is_near(far, is_blue));
+    session->set("blade_length", 0.06);
+    EXPECT_FALSE(is_near(far, is_blue));
+    EXPECT_TRUE(is_near(near, is_blue));
+
+    // A deeper scalpel reaches further down; its edge shows through the body.
+    session->key("2");
+    session->move(top);
+    session->frame();
+    session->move(top);
+    session->set("scalpel_depth", 0.02);
+    const render::Picture shallow = picture();
+    session->set("scalpel_depth", 0.08);
+    const render::Picture deep = picture();
+    EXPECT_NE(deep.rgb, shallow.rgb);
+    session->set("scalpel_tilt", 50);
+    session->move(top);
+    EXPECT_NE(picture().rgb, deep.rgb);
 }
 
 TEST_F(ToolPixels, PinsAreGreenCrosses) {

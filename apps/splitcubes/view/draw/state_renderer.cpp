@@ -309,7 +309,7 @@ void StateRenderer::add_lines(const Viewer& viewer) {
     };
     for (const OverlayLine& line : viewer.tools().overlay(viewer.context()))
         add(line.points, line.is_active ? active_line : passive_line);
-    // What bodies hide of them is a thin line.
+    // Parts that bodies hide are thin lines.
     for (const OverlayLine& line : viewer.tools().overlay(viewer.context()))
         add_line(line.points, line.is_active ? active_line : passive_line, 0.35 * line_width,
                  0.45 * viewer.camera().distance);
@@ -417,7 +417,7 @@ void StateRenderer::make_list(const Viewer& viewer) {
     const geometry::Box box = viewer.bounds();
     list_.clip.normal = Vec3::Unit(display.clip_axis);
     list_.clip.offset = box.min[display.clip_axis] + display.clip_offset * box.size()[display.clip_axis];
-    // Of the two sides the one towards the eye is hidden.
+    // The side towards the eye is hidden.
     if (viewer.camera().eye()[display.clip_axis] < box.center()[display.clip_axis]) {
         list_.clip.normal = -list_.clip.normal;
         list_.clip.offset = -list_.clip.offset;

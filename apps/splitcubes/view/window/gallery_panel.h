@@ -21,7 +21,7 @@ class GalleryPanel {
     void draw(const Viewer& viewer, std::vector<ViewerInput>& out);
     /// Stops to make thumbnails.
     void close();
-    /// Whether something is going to change without an event.
+    /// Tells whether something is going to change without an event.
     bool is_busy() const { return thumbnails_ && !thumbnails_->is_complete(); }
 
   private:
@@ -34,7 +34,7 @@ class GalleryPanel {
     std::vector<unsigned> textures_;  // an item; 0: none
 };
 
-/// Whether the gallery is what the window shows.
+/// Tells whether the gallery is what the window shows.
 bool shows_gallery(const Viewer& viewer);
 
 }  // namespace splitcubes::view

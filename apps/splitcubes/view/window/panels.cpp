@@ -410,7 +410,7 @@ void Panels::numbers(const Viewer& viewer, const PanelData& data) {
     }
 }
 
-// What to do first, and what the window is busy with.
+// A line says how to begin, or that the window is busy.
 void Panels::hint(const Viewer& viewer, const PanelData& data) {
     std::string text = data.film;
     if (!viewer.opening().empty())

@@ -14,7 +14,7 @@
 
 namespace splitcubes::view {
 
-/// What panels show beside the viewer.
+/// Values that panels show beside the viewer's own.
 struct PanelData {
     const StepHistory& history;
     const Latencies& latencies;
@@ -39,7 +39,7 @@ void fill_behind_panels(const Viewer& viewer, int width, int height);
 class Panels {
   public:
     void draw(const Viewer& viewer, const PanelData& data, std::vector<ViewerInput>& out);
-    /// Whether a panel was at a position in the last frame. ImGui's own answer is that of the frame's
+    /// Tells whether a panel was at a position in the last frame. ImGui's own answer is that of the frame's
     /// pointer, which may be elsewhere by now.
     bool covers(double x, double y) const;
 

@@ -204,7 +204,7 @@ void on_key(GLFWwindow* window, int key, int scancode, int action, int mods) {
     queue.modifiers = modifiers_of(mods);
     if (action == GLFW_RELEASE || ImGui::GetIO().WantTextInput) return;
     const std::string name = key_name(key, scancode);
-    // Of keys that are held only those repeat that move something by a little.
+    // Keys that move something by a little repeat while they are held; others do not.
     const bool repeats =
         name.size() == 1 && std::string_view("qweasd+-.").find(name) != std::string_view::npos;
     if (!name.empty() && (action == GLFW_PRESS || repeats)) queue.add(InputKind::key, name);
