@@ -147,6 +147,23 @@ TEST_F(Control, SavesSurfacesPiecesAndCheckpoints) {
     EXPECT_EQ(session.pieces(), 2U);
 }
 
+TEST_F(Control, RecordingRepeatsWhatCameAfterTheLastStep) {
+    session.key("space");
+    session.drag(stroke_from, stroke_to);
+    const std::uint64_t cut = session.hash();
+    session.key("space");
+    session.key("z", control_key);
+    const std::string file = folder.path / "undone.jsonl";
+    session.act("save_recording", file);
+    EXPECT_NE(session.hash(), cut);
+    const std::int64_t steps = session.state().step;
+    HandSession again(file);
+    again.key("space");
+    while (again.state().step < steps) again.frame();
+    EXPECT_EQ(again.hash(), session.hash());
+    EXPECT_THAT(again.state().notice, testing::HasSubstr("in the state that was recorded"));
+}
+
 TEST_F(Control, OpeningIsShownUntilTheFileIsThereOrRefused) {
     for (const char* name : {"block.json", "nothing.json"}) {
         const std::string file = folder.path / name;

@@ -393,9 +393,11 @@ void Engine::step() {
     statistics_.step_ms = 1e3 * watch.lap();
     count_step();
     if (strokes_.empty() && pulls_.is_idle()) keep_state(false);
-    if (played_.steps > 0 && step_ == played_.steps)
-        notify(state_hash() == played_.state_hash ? "the recording has ended in the state that was recorded"
-                                                  : "the recording has ended in another state");
+    if (played_.steps == 0 || step_ != played_.steps) return;
+    // The last commands came after the last step.
+    run_script();
+    notify(state_hash() == played_.state_hash ? "the recording has ended in the state that was recorded"
+                                              : "the recording has ended in another state");
 }
 
 Recording Engine::recording() const {
