@@ -125,7 +125,7 @@ struct RandomHands {
 // The length in seconds of simulated time; ten minutes take some minutes.
 double session_seconds() {
     const char* text = std::getenv("SPLITCUBES_SESSION_SECONDS");
-    return text != nullptr ? std::atof(text) : 8;
+    return text != nullptr ? std::atof(text) : 6;
 }
 
 TEST(LongSessions, StayValidAndBoundedAndTheirRecordingRepeatsThem) {

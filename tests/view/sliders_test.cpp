@@ -30,7 +30,7 @@ struct Sliders : testing::Test {
 
     // A stroke of a tool over the block, with what is set before it.
     ReplayResult stroke(const std::string& tool, const std::vector<Slider>& sliders, int threads = 1) const {
-        ReplaySettings settings{.file = scene, .frames = 16, .size = {640, 480}, .threads = threads};
+        ReplaySettings settings{.file = scene, .frames = 12, .size = {640, 480}, .threads = threads};
         auto& in = settings.inputs;
         for (const Slider& slider : sliders)
             in.push_back({.kind = InputKind::set, .frame = 0, .name = slider.name, .value = slider.value});
@@ -41,7 +41,7 @@ struct Sliders : testing::Test {
         in.push_back({.kind = InputKind::press, .frame = 1, .x = 290, .y = 190});
         for (int k = 1; k <= 6; ++k)
             in.push_back({.kind = InputKind::move, .frame = 1 + k, .x = 290.0 + 12 * k, .y = 190.0 + 10 * k});
-        in.push_back({.kind = InputKind::release, .frame = 9, .x = 362, .y = 250});
+        in.push_back({.kind = InputKind::release, .frame = 8, .x = 362, .y = 250});
         force = 0;
         return replay_input(settings, [&](const ReplayFrame& frame) {
             force = std::max(force, frame.viewer.state()->statistics.tool_force);
