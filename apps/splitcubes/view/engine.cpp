@@ -103,7 +103,7 @@ void Engine::start() {
     log_.clear();
     curve_.clear();
     scene_forces_.clear();
-    kept_.clear();
+    past_.kept.clear();
     initial_.clear();
     for (const auto& [index, value] : changed_) initial_[std::string(parameter_list()[index].name)] = value;
     statistics_ = {};
@@ -240,7 +240,7 @@ void Engine::carry_out(const Command& command) {
 
 // Undo goes back to before the stroke, blade and all.
 void Engine::begin_stroke(const Command& command) {
-    if (strokes_.empty() && !looks_back_) simulation_->mark_undo_point();
+    if (strokes_.empty() && !past_.is_shown) simulation_->mark_undo_point();
     log_.forget_undone();
     strokes_.begin(command, *simulation_, log_);
 }
@@ -384,7 +384,7 @@ void Engine::step() {
         statistics_.solver_iterations = result.solver_iterations;
         statistics_.warnings = result.warnings;
     } catch (const std::exception& error) {
-        if (looks_back_) throw;
+        if (past_.is_shown) throw;
         notify(std::string(error.what()) + "; the scene starts again");
         start();
         return;

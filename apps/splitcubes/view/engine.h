@@ -133,9 +133,12 @@ class Engine {
     std::int64_t step_ = 0;
     double spacing_ = 0;  // m, of the first body's phyxels
     std::vector<RecordedCommand> recorded_;
-    std::deque<Kept> kept_;
-    std::int64_t travels_ = 0;  // undos and redos
-    bool looks_back_ = false;   // is in the past for a moment
+    struct Past {
+        std::deque<Kept> kept;
+        std::int64_t travels = 0;  // undos and redos
+        bool is_shown = false;     // for a moment
+    };
+    Past past_;
     Field field_ = Field::none;
     unsigned details_ = 0;  // Detail bits
     std::string notice_;

@@ -64,26 +64,26 @@ struct Engine::Present {
 
 // A travel in time is a state of its own step: clocks of states count it as a step.
 void Engine::keep_state(bool at_once) {
-    if (looks_back_) return;
+    if (past_.is_shown) return;
     const auto every =
         std::max<std::int64_t>(1, std::llround(settings_.keep_every / simulation_->time_step()));
-    if (!at_once && !kept_.empty() && step_ < kept_.back().step + every) return;
-    if (at_once) ++travels_;
+    if (!at_once && !past_.kept.empty() && step_ < past_.kept.back().step + every) return;
+    if (at_once) ++past_.travels;
     if (at_once || statistics_.new_cut_edges > 0) note_births();
-    kept_.push_back({step_,
-                     simulation_->keep(),
-                     pulls_,
-                     driver_ ? std::make_shared<const SceneDriver>(*driver_) : nullptr,
-                     recorded_.size(),
-                     step_ + travels_,
-                     {}});
-    for (const BodyRecord& record : records_) kept_.back().edge_times.push_back(record.edge_times);
+    past_.kept.push_back({step_,
+                          simulation_->keep(),
+                          pulls_,
+                          driver_ ? std::make_shared<const SceneDriver>(*driver_) : nullptr,
+                          recorded_.size(),
+                          step_ + past_.travels,
+                          {}});
+    for (const BodyRecord& record : records_) past_.kept.back().edge_times.push_back(record.edge_times);
     std::uint64_t bytes = 0;
-    for (const Kept& kept : kept_) bytes += kept.state.bytes();
-    while (kept_.size() > 2 && bytes > settings_.timeline_bytes) {
-        const std::size_t k = least_missed(kept_, [](const Kept& kept) { return kept.number; });
-        bytes -= kept_[k].state.bytes();
-        kept_.erase(kept_.begin() + static_cast<std::ptrdiff_t>(k));
+    for (const Kept& kept : past_.kept) bytes += kept.state.bytes();
+    while (past_.kept.size() > 2 && bytes > settings_.timeline_bytes) {
+        const std::size_t k = least_missed(past_.kept, [](const Kept& kept) { return kept.number; });
+        bytes -= past_.kept[k].state.bytes();
+        past_.kept.erase(past_.kept.begin() + static_cast<std::ptrdiff_t>(k));
     }
 }
 
@@ -93,7 +93,7 @@ void Engine::note_births() {
 
 std::vector<std::int64_t> Engine::kept_steps() const {
     std::vector<std::int64_t> out;
-    for (const Kept& kept : kept_) out.push_back(kept.step);
+    for (const Kept& kept : past_.kept) out.push_back(kept.step);
     return out;
 }
 
@@ -128,8 +128,8 @@ bool Engine::repeat(const std::vector<RecordedCommand>& commands, std::int64_t s
 }
 
 void Engine::resume_at(std::int64_t step) {
-    while (kept_.size() > 1 && kept_.back().step > step) kept_.pop_back();
-    const Kept from = kept_.back();
+    while (past_.kept.size() > 1 && past_.kept.back().step > step) past_.kept.pop_back();
+    const Kept from = past_.kept.back();
     become(from);
     simulation_->forget_history();
     log_.go_back(simulation_->time());
@@ -143,12 +143,12 @@ void Engine::resume_at(std::int64_t step) {
 }
 
 std::shared_ptr<PublishedState> Engine::look_back(std::int64_t step, const std::function<bool()>& is_wanted) {
-    if (step >= step_ || kept_.empty() || step < kept_.front().step) return nullptr;
-    auto from = kept_.end() - 1;
+    if (step >= step_ || past_.kept.empty() || step < past_.kept.front().step) return nullptr;
+    auto from = past_.kept.end() - 1;
     while (from->step > step) --from;
     Present present(*this);
     std::shared_ptr<PublishedState> out;
-    looks_back_ = true;
+    past_.is_shown = true;
     try {
         become(*from);
         const std::vector<RecordedCommand> again(
@@ -157,7 +157,7 @@ std::shared_ptr<PublishedState> Engine::look_back(std::int64_t step, const std::
     } catch (const std::exception&) {
         out = nullptr;
     }
-    looks_back_ = false;
+    past_.is_shown = false;
     present.come_back(*this);
     return out;
 }

@@ -284,7 +284,6 @@ class Session {
     bool quits_ = false;
     double last_poll_ = 0;
     Pace pace_;
-    std::string film_name_;
     QualityControl moving_;              // of pictures while things move
     std::optional<Quality> last_drawn_;  // of the last picture; none: the gallery
     double frame_ms_ = 0, interface_ms_ = 0, opengl_seconds_ = 0;
