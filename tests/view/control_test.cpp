@@ -220,7 +220,8 @@ TEST(OpenedFiles, SceneHoldsAndPullsAsInRun) {
 
 TEST(Thread, StepsInItsOwnTimeAndAnswersAtOnce) {
     const TemporaryFolder folder("thread");
-    SimulationThread thread({.threads = 1}, std::size_t{16} << 20);
+    // The timeline has room for its ends only.
+    SimulationThread thread({.threads = 1}, 1);
     Command open;
     open.kind = CommandKind::open;
     open.name = write_block_scene(folder.path);
@@ -247,7 +248,14 @@ TEST(Thread, StepsInItsOwnTimeAndAnswersAtOnce) {
     const std::int64_t step = thread.newest()->step;
     std::this_thread::sleep_for(std::chrono::milliseconds(100));
     EXPECT_EQ(thread.newest()->step, step);
-    EXPECT_TRUE(thread.timeline().range());
+    ASSERT_TRUE(thread.timeline().range());
+    EXPECT_EQ(thread.timeline().range(), (std::pair<std::int64_t, std::int64_t>(0, step)));
+    Command seek;
+    seek.kind = CommandKind::seek;
+    seek.value = 2;
+    thread.send(seek);
+    EXPECT_TRUE(until([&](const PublishedState&) { return thread.timeline().at(2)->step == 2; }));
+    EXPECT_EQ(thread.newest()->step, step) << "the present stays";
 }
 
 }  // namespace

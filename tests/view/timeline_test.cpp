@@ -239,6 +239,8 @@ TEST(TimelineBudget, ThinsThePastAndKeepsItsEnds) {
     EXPECT_GT(timeline.at(2000)->step, 1800);
     timeline.insert(state_of(2001, topology));
     EXPECT_EQ(timeline.at(2001)->step, 2001) << "although the budget is used up";
+    timeline.add(state_of(4000, topology));
+    EXPECT_EQ(timeline.at(2001)->step, 2001);
     timeline.add(state_of(1000));
     EXPECT_EQ(timeline.range()->second, 1000) << "what came later is gone";
 }

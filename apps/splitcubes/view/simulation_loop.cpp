@@ -232,6 +232,9 @@ void SimulationThread::run() {
             const std::lock_guard lock(mutex_);
             return !has_work();
         });
+        // The timeline begins with the first step.
+        if (loop_.scene() != scene_) publish();
+        scene_ = loop_.scene();
         const Clock::time_point now = Clock::now();
         const bool due = is_due(now);
         if (due) {

@@ -39,6 +39,8 @@ class SimulationLoop {
     /// Null where nothing or a run is open.
     Engine* engine() { return engine_.get(); }
     bool is_open() const { return engine_ || run_; }
+    /// Goes up when another scene is opened, or the same one starts again.
+    std::uint64_t scene() const { return scene_; }
     double step_length() const;
 
   private:
@@ -95,7 +97,8 @@ class SimulationThread {
     bool quits_ = false;
 
     Clock::time_point next_step_{};
-    double factor_ = 0;  // of simulated time over the last half second
+    std::uint64_t scene_ = 0;  // that was published
+    double factor_ = 0;        // of simulated time over the last half second
     double window_time_ = 0;
     Clock::time_point window_start_{};
     std::thread thread_;  // last: it uses all others

@@ -3,7 +3,6 @@
 #include "thinning.h"
 
 #include <algorithm>
-#include <limits>
 #include <vector>
 
 namespace splitcubes::view {
@@ -13,8 +12,6 @@ namespace {
 std::int64_t step_of(const State& state) {
     return state->step;
 }
-
-constexpr std::int64_t none_spared = std::numeric_limits<std::int64_t>::min();
 
 }  // namespace
 
@@ -37,40 +34,32 @@ void Timeline::put_in(States::iterator at, State state) {
     states_.insert(at, std::move(state));
 }
 
-void Timeline::thin(std::int64_t spared, std::vector<State>& dropped) {
-    while (states_.size() > 2 && bytes_ > budget_) {
-        const auto at = states_.begin() + static_cast<std::ptrdiff_t>(least_missed(states_, step_of));
-        if ((*at)->step == spared) return;
-        take_out(at, dropped);
-    }
-}
-
 void Timeline::add(State state) {
     std::vector<State> dropped;  // freed after the lock
     const std::lock_guard lock(mutex_);
     const bool is_new_scene = !states_.empty() && states_.back()->scene != state->scene;
+    if (inserted_ && (is_new_scene || inserted_->step >= state->step))
+        dropped.push_back(std::move(inserted_));
     while (!states_.empty() && (is_new_scene || states_.back()->step >= state->step))
         take_out(states_.end() - 1, dropped);
     put_in(states_.end(), std::move(state));
-    thin(none_spared, dropped);
+    while (states_.size() > 2 && bytes_ > budget_)
+        take_out(states_.begin() + static_cast<std::ptrdiff_t>(least_missed(states_, step_of)), dropped);
 }
 
 void Timeline::insert(State state) {
-    std::vector<State> dropped;
     const std::lock_guard lock(mutex_);
-    if (states_.empty() || states_.back()->scene != state->scene) return;
-    const auto at = std::lower_bound(states_.begin(), states_.end(), state->step,
-                                     [](const State& one, std::int64_t step) { return one->step < step; });
-    if (at == states_.end() || (*at)->step == state->step) return;
-    const std::int64_t step = state->step;
-    put_in(at, std::move(state));
-    thin(step, dropped);
+    const bool is_between = !states_.empty() && states_.back()->scene == state->scene &&
+                            states_.front()->step < state->step && state->step < states_.back()->step;
+    if (is_between) inserted_.swap(state);
 }
 
 void Timeline::clear() {
     std::deque<State> dropped;
+    State inserted;
     const std::lock_guard lock(mutex_);
     dropped.swap(states_);
+    inserted.swap(inserted_);
     users_.clear();
     bytes_ = 0;
 }
@@ -95,7 +84,9 @@ State Timeline::at(std::int64_t step) const {
     const std::lock_guard lock(mutex_);
     const auto after = std::upper_bound(states_.begin(), states_.end(), step,
                                         [](std::int64_t s, const State& state) { return s < state->step; });
-    return after == states_.begin() ? nullptr : *(after - 1);
+    if (after == states_.begin()) return nullptr;
+    const State& before = *(after - 1);
+    return inserted_ && inserted_->step <= step && inserted_->step > before->step ? inserted_ : before;
 }
 
 }  // namespace splitcubes::view

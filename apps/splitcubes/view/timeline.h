@@ -21,7 +21,7 @@ class Timeline {
     explicit Timeline(std::size_t budget_bytes) : budget_(budget_bytes) {}
     /// A state whose step is not after the last one's replaces what is from there on.
     void add(State state);
-    /// Adds a state between others of its scene, of a step that is not there.
+    /// Adds a state between others of its scene. It stays until the next one is inserted.
     void insert(State state);
     void clear();
     /// First and last step.
@@ -37,11 +37,11 @@ class Timeline {
     using States = std::deque<State>;
     void take_out(States::iterator at, std::vector<State>& dropped);
     void put_in(States::iterator at, State state);
-    void thin(std::int64_t spared, std::vector<State>& dropped);
 
     std::size_t budget_;
     mutable std::mutex mutex_;
     States states_;
+    State inserted_;  // beside them; thinning would take it out again at once
     std::size_t bytes_ = 0;
     std::unordered_map<const SurfaceTopology*, std::size_t> users_;  // states that share one
 };
