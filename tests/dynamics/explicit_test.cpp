@@ -276,6 +276,20 @@ TEST(Explicit, ABodyThatNeedsTooManySubstepsIsSteppedImplicitly) {
     }
 }
 
+// Whatever an earlier step has saved, a step that cannot be taken changes nothing before the implicit one.
+TEST(Explicit, AStepThatIsNotTakenLeavesTheStateAlone) {
+    const Parallel parallel(1);
+    Specimen body =
+        explicit_block(3, 3, 3, soft_material(MaterialModel::st_venant_kirchhoff, 2e10), parallel);
+    body.input.dt = 1e-5;
+    ASSERT_FALSE(body.step(parallel).took_implicit);
+    const Mat3 strain = Vec3(1e-3, -1e-3, 2e-3).asDiagonal();
+    for (Mat3& plastic : body.phyxels.plastic_strain) plastic = strain;
+    body.input.dt = 1.0 / 60;
+    ASSERT_TRUE(body.step(parallel).took_implicit);
+    for (const Mat3& plastic : body.phyxels.plastic_strain) EXPECT_EQ(plastic, strain);
+}
+
 TEST(Explicit, EmptyAndSinglePhyxels) {
     const Parallel parallel(1);
     Specimen none;

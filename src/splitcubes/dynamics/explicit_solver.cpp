@@ -259,11 +259,12 @@ bool ExplicitSolver::Group::take_substeps(int& substeps) {
         per_step =
             std::max(per_step, job.solver.substeps_for(job, known ? job.phyxels.substeps : 0,
                                                        tuning::explicit_steps::first_power_iterations));
-        job.solver.start_.is_kept = changes;
+        job.solver.start_.is_kept = false;
     }
     if (per_step > tuning::explicit_steps::max_substeps_per_step) return false;
     for (const Job& job : jobs) {
         if (changes) job.solver.save_start(job);
+        job.solver.start_.is_kept = changes;
         job.solver.elastic_.take_state(job.neighbourhoods, job.material, configuration_of(job.phyxels),
                                        job.parallel);
         job.solver.elastic_.read_deformation(job.phyxels.deformation, job.phyxels.rotation, job.parallel);
