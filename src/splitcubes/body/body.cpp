@@ -88,7 +88,8 @@ Body::Body(const geometry::TriangleMesh& placed, const BodySettings& settings, c
     const StepContext at_rest{0, 0, Vec3::Zero(), {}, {}, {}, parallel};
     StepReport report;
     update_node_frames(at_rest, report);
-    update_surface(at_rest, report);
+    move_surface(at_rest);
+    finish_surface(at_rest, report);
 }
 
 Body::~Body() = default;

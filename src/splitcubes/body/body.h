@@ -98,7 +98,10 @@ class Body {
     /// Adds the solver's report to the step's, after the phyxels have been stepped.
     void end_step(const StepContext& context, const meshless::SolverReport& solved, StepReport& report);
     void update_node_frames(const StepContext& context, StepReport& report);
-    void update_surface(const StepContext& context, StepReport& report);
+    /// Moves the surface's vertices with the node frames.
+    void move_surface(const StepContext& context);
+    /// Chooses the contact samples of a changed surface and adds the body's sums to the report.
+    void finish_surface(const StepContext& context, StepReport& report);
 
     /// Cuts the body at rest along a sheet and runs all stages except the integration. Returns the number of
     /// newly cut edges.

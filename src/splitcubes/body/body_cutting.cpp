@@ -77,7 +77,8 @@ void Body::settle_topology(const Parallel& parallel, TopologyChange& change) {
     resample(context, change, report);
     rebuild_neighbourhoods(context, change);
     update_node_frames(context, report);
-    update_surface(context, report);
+    move_surface(context);
+    finish_surface(context, report);
 }
 
 }  // namespace splitcubes::body

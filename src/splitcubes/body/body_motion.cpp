@@ -81,8 +81,11 @@ void Body::update_node_frames(const StepContext& context, StepReport& report) {
     if (motion_->has_fallback_frames()) report.flags |= flag_frame_fallback;
 }
 
-void Body::update_surface(const StepContext& context, StepReport& report) {
+void Body::move_surface(const StepContext& context) {
     surface_motion_.update(*surface_, grid_.rest(), motion_->tracker(), motion_->frames(), context.parallel);
+}
+
+void Body::finish_surface(const StepContext& context, StepReport& report) {
     if (context.contacts && sampler_.revision() != surface_->revision())
         sampler_.rebuild(grid_, *surface_, *pieces_, samples_.spacing, context.parallel);
     report.totals.phyxels += samples_.phyxels.size();

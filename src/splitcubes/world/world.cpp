@@ -2,6 +2,7 @@
 #include <splitcubes/body/step_context.h>
 #include <splitcubes/body_samples/topology_change.h>
 #include <splitcubes/contact/detection/body_view.h>
+#include <splitcubes/contact/detection/collider_overlaps.h>
 #include <splitcubes/contact/detection/contact_finder.h>
 #include <splitcubes/contact/detection/rigid_contacts.h>
 #include <splitcubes/core/error.h>
@@ -21,6 +22,7 @@ World::World(const WorldSettings& settings, std::shared_ptr<const Parallel> para
       parallel_(std::move(parallel)),
       contact_finder_(std::make_unique<ContactFinder>()),
       rigid_contacts_(std::make_unique<RigidContacts>()),
+      collider_overlaps_(std::make_unique<ColliderOverlaps>()),
       island_step_(std::make_unique<IslandStep>()) {
     if (!(settings.time_step > 0)) throw InputError("time step", "must be positive");
     if (settings.ground)
@@ -121,19 +123,24 @@ StepReport World::step() {
     const auto rigid = [&]() -> RigidContacts::Task {
         return {views, obstacles, settings_.contact.friction, settings_.time_step, settings_.gravity};
     };
-    if (settings_.contact.pieces) rigid_contacts_->find(rigid(), *contact_finder_, *parallel_);
+    if (settings_.contact.pieces)
+        rigid_contacts_->find(rigid(), *contact_finder_, contact_islands_, *parallel_);
     done(Stage::detect_contacts);
     integrate(context, report);
     if (settings_.contact.pieces) {
         views = views_of(bodies_);  // with what constraints hold in this step
         const RigidContacts::Outcome pushed = rigid_contacts_->push(rigid());
         report.totals.kinetic_energy += pushed.kinetic_energy;
+        report.totals.momentum += pushed.momentum;
+        report.totals.angular_momentum += pushed.angular_momentum;
         report.counts.contacts += pushed.contacts;
     }
     done(Stage::integrate);
     for (auto& body : bodies_) body->update_node_frames(context, report);
     done(Stage::update_node_frames);
-    for (auto& body : bodies_) body->update_surface(context, report);
+    for (auto& body : bodies_) body->move_surface(context);
+    undo_overlaps(context, report);
+    for (auto& body : bodies_) body->finish_surface(context, report);
     done(Stage::update_surface);
 
     for (std::size_t k = 0; k < tools_.size(); ++k) accumulate_side_friction(tools_[k], report.tools[k]);
@@ -146,6 +153,22 @@ StepReport World::step() {
                 throw JobError("body '" + body->name() + "' after step " + std::to_string(step_count_) +
                                ": " + line);
     return report;
+}
+
+// Lifts pieces out of colliders and moves their surfaces along.
+void World::undo_overlaps(const StepContext& context, StepReport& report) {
+    const std::vector<BodyView> views = views_of(bodies_);
+    const ColliderOverlaps::Outcome lifted =
+        collider_overlaps_->undo({views, colliders_, time(), settings_.time_step}, context.parallel);
+    report.totals.kinetic_energy += lifted.kinetic_energy;
+    report.totals.momentum += lifted.momentum;
+    report.totals.angular_momentum += lifted.angular_momentum;
+    report.counts.contacts += lifted.pieces;
+    for (std::size_t b = 0; b < bodies_.size(); ++b) {
+        if (!collider_overlaps_->moved(b)) continue;
+        bodies_[b]->update_node_frames(context, report);
+        bodies_[b]->move_surface(context);
+    }
 }
 
 geometry::SurfaceMesh World::surface_mesh() const {

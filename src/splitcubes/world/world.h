@@ -29,6 +29,7 @@ namespace splitcubes::body {
 
 class Body;
 struct BodySettings;
+class ColliderOverlaps;
 class ContactFinder;
 struct ContactIsland;
 class RigidContacts;
@@ -141,6 +142,7 @@ class World {
     void accumulate_side_friction(const Tool& tool, ToolForce& force) const;
     template <class NewKey>
     void renumber_cached_contacts(const NewKey& new_key);
+    void undo_overlaps(const StepContext& context, StepReport& report);
     void integrate(const StepContext& context, StepReport& report);
     void integrate_island(const ContactIsland& island, const StepContext& context, StepReport& report);
     void step_together(const ContactIsland& island, const meshless::ContactInput& contacts,
@@ -155,6 +157,7 @@ class World {
     std::unique_ptr<ContactFinder> contact_finder_;
     std::vector<ContactIsland> contact_islands_;
     std::unique_ptr<RigidContacts> rigid_contacts_;
+    std::unique_ptr<ColliderOverlaps> collider_overlaps_;
     std::vector<meshless::CachedContact> cached_contacts_;  // sorted by key
     struct IslandStep;
     std::unique_ptr<IslandStep> island_step_;

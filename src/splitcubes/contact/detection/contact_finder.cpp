@@ -1,4 +1,5 @@
 #include <splitcubes/contact/detection/body_view.h>
+#include <splitcubes/contact/detection/collider_contact.h>
 #include <splitcubes/contact/detection/contact_finder.h>
 #include <splitcubes/contact/detection/contact_sides.h>
 #include <splitcubes/contact/detection/quiet_motion.h>
@@ -15,6 +16,7 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <optional>
 
 namespace splitcubes::body {
 
@@ -389,47 +391,40 @@ bool ContactFinder::is_far(const Collider& collider, const ColliderPoses& poses,
 void ContactFinder::meet_collider(const Task& task, std::size_t collider_index, const ColliderPoses& poses,
                                   std::size_t k, Chunk& chunk) {
     const Collider& collider = task.colliders[collider_index];
-    const auto& [before, after, to_before, to_after] = poses;
     const Sample& s = list_.samples[k];
     if (!s.pushes && collider.solid->is_flat()) return;
     const Vec3& position = placement_.position[k];
     const BodyView& body = task.bodies[s.body];
-    const double moved = (to_after * position - to_before * position).norm();
+    const double moved = (poses.to_after * position - poses.to_before * position).norm();
     const double far =
         moved + bounds_.max_displacement[s.body] + tuning::contacts::max_vertex_offset_share * spacing_of(s);
-    if (collider.solid->at(to_before * position).distance > far) return;
+    if (collider.solid->at(poses.to_before * position).distance > far) return;
     find_influences(task, k);
-    const Vec3 from = to_before * position;
     const std::array<std::span<const Vec3>, 1> velocity = {body.phyxels.velocity};
     ContactSide own = influence_of(k).side;
     own.part = 0;
-    const Vec3 v = meshless::side_value(own, velocity);
-    const Vec3 to = to_after * (position + task.dt * (v + task.dt * task.gravity));
+    const Vec3 displacement = task.dt * (meshless::side_value(own, velocity) + task.dt * task.gravity);
     const double margin = tuning::contacts::collider_speculative_share * spacing_of(s);
-    if (!(collider.solid->at(from).distance < (to - from).norm() + 2 * margin)) return;
-    const double share = geometry::first_contact(*collider.solid, from, to, margin);
-    if (!(share <= 1)) return;
-    const Vec3 hit = from + share * (to - from);
-    const geometry::SignedDistance::Sample at = collider.solid->at(hit);
-    const Vec3 touched = hit - at.distance * at.normal;
-    Contact contact;
-    contact.key = key_of(s.body, collider_index + 1, s.vertex);
-    contact.upper = influence_of(k).side;
-    contact.normal = after.linear() * at.normal;
-    contact.gap = contact.normal.dot(position - before * touched);
-    contact.surface_displacement = after * touched - before * touched;
-    contact.friction = collider.friction;
-    contact.max_depenetration = tuning::contacts::collider_depenetration_share * spacing_of(s);
-    if (!contact.normal.allFinite() || !std::isfinite(contact.gap)) return;
-    chunk.found.push_back(contact);
-    chunk.keys.push_back(contact.key);
+    const double max_error = tuning::contacts::max_drawn_error_share * spacing_of(s);
+    std::optional<Contact> contact =
+        touch(collider, poses, {position, body.surface_motion.positions()[s.vertex], displacement, max_error},
+              margin);
+    if (!contact) return;
+    contact->key = contact_key(s.body, collider_index + 1, s.vertex);
+    contact->upper = influence_of(k).side;
+    contact->max_depenetration = tuning::contacts::collider_depenetration_share * spacing_of(s);
+    chunk.found.push_back(*contact);
+    chunk.keys.push_back(contact->key);
 }
 
 void ContactFinder::meet_colliders(const Task& task, const Parallel& parallel) {
+    if (task.colliders.empty()) return;
+    vertex_contacts_.begin(task.bodies);
     for (std::size_t c = 0; c < task.colliders.size(); ++c) {
         const Collider& collider = task.colliders[c];
-        const Isometry before = collider.at(task.time), after = collider.at(task.time + task.dt);
-        const ColliderPoses poses{before, after, before.inverse(), after.inverse()};
+        const ColliderPoses poses(collider, task.time, task.dt);
+        vertex_contacts_.meet({task.bodies, task.dt, task.gravity, bounds_.max_displacement}, collider, c,
+                              poses, parallel);
         in_chunks(parallel, list_.samples.size(), [&](Chunk& chunk, std::size_t begin, std::size_t end) {
             if (is_far(collider, poses, placement_.patches[begin / grain])) return;
             for (std::size_t k = begin; k < end; ++k) meet_collider(task, c, poses, k, chunk);
@@ -496,6 +491,9 @@ void ContactFinder::find(const Task& task, const Parallel& parallel, std::vector
     for (const auto& chunk : chunks_.all)
         for (std::size_t n = 0; n < chunk->keys.size(); ++n)
             found_.order.push_back({chunk->keys[n], &chunk->found[n]});
+    if (!task.colliders.empty())
+        for (const Contact& contact : vertex_contacts_.contacts())
+            found_.order.push_back({contact.key, &contact});
     sort_found();
     fill_islands(task, parallel, islands);
 }

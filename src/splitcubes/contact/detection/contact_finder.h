@@ -6,6 +6,7 @@
 #include <splitcubes/contact/detection/contact_sides.h>
 #include <splitcubes/contact/detection/quiet_motion.h>
 #include <splitcubes/contact/detection/sample_grid.h>
+#include <splitcubes/contact/detection/vertex_contacts.h>
 #include <splitcubes/contact/response/contact.h>
 #include <splitcubes/geometry/box.h>
 
@@ -192,11 +193,6 @@ class ContactFinder {
         std::uint64_t key;
         const meshless::Contact* contact;
     };
-    /// Poses of a collider at the beginning and the end of the step.
-    struct ColliderPoses {
-        Isometry before, after;        // world from own
-        Isometry to_before, to_after;  // own from world
-    };
     struct SearchRange {
         double spacing;     // m, maximum of all bodies
         double radius;      // m, base search radius around a sample
@@ -206,9 +202,6 @@ class ContactFinder {
 
     // Samples or phyxels per chunk of a parallel loop; they do not affect the results.
     static constexpr std::size_t grain = 64, list_grain = 256, speed_grain = 4096;
-    static std::uint64_t key_of(std::uint32_t body, std::size_t other, std::uint32_t vertex) {
-        return static_cast<std::uint64_t>(body) << 48 | static_cast<std::uint64_t>(other) << 32 | vertex;
-    }
     static std::size_t body_of(std::uint64_t key) { return key >> 48; }
     void reserve_chunks(std::size_t threads);
     Chunk& take_chunk();
@@ -358,6 +351,7 @@ class ContactFinder {
     int quiet_steps_ = 0;    // steps since the remembered state
     std::mutex mutex_;       // guards chunks_ and known_
     ChunkPool chunks_;
+    VertexContacts vertex_contacts_;
     SortedContacts found_;
     Islands islands_;
 };

@@ -26,11 +26,13 @@ RigidPiece& RigidContacts::piece_of(const Fragment& fragment) const {
 void RigidContacts::list_fragments(const Task& task) {
     fragments_.clear();
     phyxels_.clear();
+    positions_.clear();
     spacing_ = 0;
     const double fall = task.dt * task.dt * task.gravity.norm();
     for (std::uint32_t b = 0; b < task.bodies.size(); ++b) {
         const BodyView& body = task.bodies[b];
         phyxels_.push_back(&body.phyxels);
+        positions_.emplace_back(body.phyxels.position);
         if (body.is_lattice_driven) continue;
         spacing_ = std::max(spacing_, body.spacing);
         const meshless::RigidPieces& rigid = body.phyxels.rigid;
@@ -148,9 +150,11 @@ void RigidContacts::list_samples(const ContactFinder& finder, const Parallel& pa
         for (const Near& near : part) fragments_[near.fragment].near.push_back(near.sample);
 }
 
-void RigidContacts::find(const Task& task, const ContactFinder& finder, const Parallel& parallel) {
+void RigidContacts::find(const Task& task, const ContactFinder& finder,
+                         std::span<const ContactIsland> islands, const Parallel& parallel) {
     rows_.clear();
     proxies_.clear();
+    supports_.clear();
     list_fragments(task);
     if (fragments_.empty()) return;
     measure_surfaces(task);
@@ -170,6 +174,7 @@ void RigidContacts::find(const Task& task, const ContactFinder& finder, const Pa
         std::sort(others.begin(), others.end());
         for (const std::uint32_t other : others) meet_fragment(task, k, other);
     }
+    list_supports(islands);
 }
 
 // Finds the contacts of a fragment's points with the planes through surface samples.

@@ -29,7 +29,8 @@ namespace splitcubes::body {
 ///
 /// Towards surfaces a rigid piece is its contact points; towards other rigid pieces it is the box around them
 /// in its own frame. An overlap at the start of the step remains but for a slow depenetration. Elastic pieces
-/// take the impulses by their rigid motion only: rigid pieces are light and do not dent them. So both momenta
+/// take the impulses by their rigid motion only: rigid pieces are light and do not dent them. Colliders that
+/// touch an elastic piece keep it from being pushed in. So both momenta
 /// are exchanged exactly, and kinetic energy only decreases, except for what moving colliders and kinematic
 /// surfaces supply. Held pieces take no impulse. There is no state between steps. The impulses are solved on
 /// one thread.
@@ -42,13 +43,17 @@ class RigidContacts {
         double dt = 0;        // s
         Vec3 gravity = Vec3::Zero();
     };
+    /// Changes by corrections and impulses.
     struct Outcome {
-        double kinetic_energy = 0;  // J, change by the impulses
-        std::size_t contacts = 0;   // number of those with an impulse
+        double kinetic_energy = 0;             // J
+        Vec3 momentum = Vec3::Zero();          // kg m/s
+        Vec3 angular_momentum = Vec3::Zero();  // kg m^2/s, about the origin
+        std::size_t contacts = 0;              // number of those with an impulse
     };
     /// Finds the contacts, before any body steps. finder: the last search of the same bodies in the same
-    /// state.
-    void find(const Task& task, const ContactFinder& finder, const Parallel& parallel);
+    /// state; islands: what it found.
+    void find(const Task& task, const ContactFinder& finder, std::span<const ContactIsland> islands,
+              const Parallel& parallel);
     /// Resolves the contacts, after all bodies have stepped and before the node frames are updated.
     Outcome push(const Task& task);
 
@@ -97,6 +102,14 @@ class RigidContacts {
         std::vector<std::uint32_t> near;    // surface samples, ascending
         std::vector<ContactRow> rows;       // its contacts with surfaces
         std::vector<double> depth;          // m, <= 0, per obstacle, before positions are corrected
+    };
+    /// Contact of an elastic piece with a collider.
+    struct Support {
+        std::uint32_t proxy = 0;
+        meshless::ContactSide side;   // of the piece; its part is the index of the body
+        Vec3 normal = Vec3::UnitZ();  // from the collider to the piece
+        double offset = 0;            // m, gap at the end of the step less normal . point
+        double gap = 0;               // m, after the step, before positions are corrected
     };
     /// Contact as the solver needs it.
     struct Push {
@@ -180,6 +193,9 @@ class RigidContacts {
     std::int32_t proxy_of(std::uint32_t body, std::int32_t piece);
     void measure_proxies(const Task& task);
     void move_proxies();
+    void list_supports(std::span<const ContactIsland> islands);
+    void measure_supports();
+    bool lift_from_supports();
     void correct_positions(const Task& task);
     geometry::SignedDistance::Sample deepest(const meshless::Obstacle& obstacle,
                                              const Fragment& fragment) const;
@@ -194,7 +210,7 @@ class RigidContacts {
     double solve(Push& push);
     void solve_all(double fastest);
     void push_fragments();
-    double kinetic_energy() const;
+    Outcome totals() const;
 
     std::vector<Fragment> fragments_;
     std::vector<std::vector<Near>> near_;  // per range of samples
@@ -208,6 +224,7 @@ class RigidContacts {
     double spacing_ = 0;  // m, maximum of all bodies
     std::vector<ContactRow> rows_;
     std::vector<PieceProxy> proxies_;
+    std::vector<Support> supports_;
     std::vector<Mover> movers_;
     std::vector<Push> pushes_;                                   // per row
     double dt_ = 0;                                              // s

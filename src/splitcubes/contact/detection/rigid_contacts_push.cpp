@@ -118,7 +118,7 @@ bool RigidContacts::correct_position(const Task& task, const ContactRow& row) {
         proxy.shift -= push / proxy.mass;
         if (!fragments_[row.upper].held)
             proxy.angular_momentum_debt -=
-                push.cross(piece_of(fragments_[row.upper]).velocity() - proxy.velocity);
+                push.cross(piece_of(fragments_[row.upper]).velocity() - proxy.momentum / proxy.mass);
     }
     return true;
 }
@@ -132,27 +132,30 @@ void RigidContacts::correct_positions(const Task& task) {
         for (const ContactRow& row : rows_) any = correct_position(task, row) || any;
         for (Fragment& fragment : fragments_)
             if (fragment.pushed && !fragment.held) any = push_out_of_obstacles(task, fragment) || any;
+        any = lift_from_supports() || any;
     }
 }
 
-// Computes mass, inertia and momenta of the proxies after the step. `velocity` is that of the centre until
-// the impulses are solved.
+// Computes mass, inertia and momenta of the proxies after the step.
 void RigidContacts::measure_proxies(const Task& task) {
     std::vector<meshless::Momenta> momenta;
-    std::size_t summed = task.bodies.size();  // body that `momenta` belongs to
+    std::vector<std::uint8_t> held;           // per piece
+    std::size_t summed = task.bodies.size();  // body that both belong to
     for (PieceProxy& proxy : proxies_) {
         const BodyView& body = task.bodies[proxy.body];
         const meshless::Phyxels& phyxels = body.phyxels;
-        if (summed != proxy.body)
+        if (summed != proxy.body) {
             meshless::momenta_of_pieces(phyxels, static_cast<int>(body.pieces.count()), momenta);
+            held.assign(body.pieces.count(), 0);
+            for (std::size_t i = 0; i < body.held.size(); ++i)
+                if (body.held[i] != 0) held[static_cast<std::size_t>(phyxels.piece[i])] = 1;
+        }
         summed = proxy.body;
         const meshless::Momenta& now = momenta[static_cast<std::size_t>(proxy.piece)];
-        for (std::size_t i = 0; i < body.held.size(); ++i)
-            proxy.held = proxy.held || (phyxels.piece[i] == proxy.piece && body.held[i] != 0);
+        proxy.held = held[static_cast<std::size_t>(proxy.piece)] != 0;
         if (!(now.mass > 0)) continue;
         proxy.mass = now.mass;
         proxy.centre = now.centre;
-        proxy.velocity = now.linear / now.mass;
         proxy.momentum = now.linear;
         proxy.angular_momentum = now.angular_momentum;
         proxy.inertia = now.inertia;
@@ -362,7 +365,9 @@ RigidContacts::Outcome RigidContacts::push(const Task& task) {
     }
     for (Fragment& fragment : fragments_)
         fragment.held = task.bodies[fragment.body].holds_rigid(fragment.index);
+    measure_supports();
     measure_proxies(task);
+    const Outcome before = totals();
     find_end_positions();
     correct_positions(task);
     // Keeps nearly touching contacts, too: moving one corner of a fragment lifts all others.
@@ -374,10 +379,7 @@ RigidContacts::Outcome RigidContacts::push(const Task& task) {
     if (rows_.empty()) return outcome;
     for (std::uint32_t k = 0; k < fragments_.size(); ++k)
         if (fragments_[k].pushed) meet_obstacles(task, k);
-    for (PieceProxy& proxy : proxies_) {
-        proxy.centre += proxy.shift;
-        proxy.velocity.setZero();
-    }
+    for (PieceProxy& proxy : proxies_) proxy.centre += proxy.shift;
     // Sorted along gravity because the sweeps alternate in direction: a heap is supported from below.
     for (ContactRow& row : rows_) row.point = piece_of(fragments_[row.upper]).world_point(row.own);
     std::stable_sort(rows_.begin(), rows_.end(), [&](const ContactRow& a, const ContactRow& b) {
@@ -392,24 +394,35 @@ RigidContacts::Outcome RigidContacts::push(const Task& task) {
     }
     solve_all(fastest);
     for (const Push& one : pushes_) outcome.contacts += one.normal_impulse > 0;
-    const double before = kinetic_energy();
     push_fragments();
-    outcome.kinetic_energy = kinetic_energy() - before;
+    const Outcome after = totals();
+    outcome.kinetic_energy = after.kinetic_energy - before.kinetic_energy;
+    outcome.momentum = after.momentum - before.momentum;
+    outcome.angular_momentum = after.angular_momentum - before.angular_momentum;
     move_proxies();
     for (meshless::Phyxels* phyxels : phyxels_)
         if (!phyxels->rigid.empty()) meshless::write_phyxels(*phyxels);
     return outcome;
 }
 
-// Returns the kinetic energy of the fragments plus what the impulses add to that of elastic pieces, J.
-double RigidContacts::kinetic_energy() const {
-    double sum = 0;
-    for (const Fragment& fragment : fragments_) sum += piece_of(fragment).kinetic_energy();
+// Returns the sums over fragments and elastic pieces with the impulses so far. The kinetic energy of an
+// elastic piece is counted up to a constant.
+RigidContacts::Outcome RigidContacts::totals() const {
+    Outcome sum;
+    for (const Fragment& fragment : fragments_) {
+        const RigidPiece& piece = piece_of(fragment);
+        sum.kinetic_energy += piece.kinetic_energy();
+        sum.momentum += piece.momentum;
+        sum.angular_momentum += piece.centre.cross(piece.momentum) + piece.angular_momentum;
+    }
     for (const PieceProxy& proxy : proxies_) {
         if (proxy.held) continue;
         const Vec3 &v = proxy.velocity, &w = proxy.angular_velocity;
-        sum += proxy.momentum.dot(v) + 0.5 * proxy.mass * v.squaredNorm();
-        sum += proxy.angular_momentum.dot(w) + 0.5 * w.dot(proxy.inertia * w);
+        sum.kinetic_energy += proxy.momentum.dot(v) + 0.5 * proxy.mass * v.squaredNorm();
+        sum.kinetic_energy += proxy.angular_momentum.dot(w) + 0.5 * w.dot(proxy.inertia * w);
+        const Vec3 momentum = proxy.momentum + proxy.mass * v;
+        sum.momentum += momentum;
+        sum.angular_momentum += proxy.centre.cross(momentum) + proxy.angular_momentum + proxy.inertia * w;
     }
     return sum;
 }

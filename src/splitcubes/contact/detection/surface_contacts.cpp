@@ -1,5 +1,6 @@
 // Contacts between the surfaces of pieces and bodies.
 #include <splitcubes/contact/detection/body_view.h>
+#include <splitcubes/contact/detection/collider_contact.h>
 #include <splitcubes/contact/detection/contact_finder.h>
 #include <splitcubes/contact/detection/surface_changes.h>
 #include <splitcubes/contact/detection/tuning.h>
@@ -249,7 +250,7 @@ bool ContactFinder::meet(const Task& task, std::size_t entry, const SearchRange&
     if (!(out.gap - approach / total < speculative_gap(k, range))) return false;
     if ((offset - normal.dot(offset) * normal).norm() > tuning::contacts::max_tangential_share * spacing)
         return false;
-    out.key = key_of(sample.body, 0, sample.vertex);
+    out.key = contact_key(sample.body, 0, sample.vertex);
     out.upper = influence_of(k).side;
     out.friction = task.options.friction;
     out.max_depenetration =

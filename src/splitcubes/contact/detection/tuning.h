@@ -115,6 +115,13 @@ inline constexpr double collider_speculative_share = 0.05;
 /// Maximum depenetration per step out of colliders, 0 to 0.1. The springs undo a quarter of it
 /// (contact/response, contact::depenetration_share).
 inline constexpr double collider_depenetration_share = 0.02;
+/// Cells, 0.02 to 0.3: how much nearer than the samples around it a vertex must be to a collider to touch it
+/// by itself. Larger lets rims sink in; smaller has more contacts.
+inline constexpr double vertex_tolerance = 0.1;
+/// Distance of a point that touches a collider from its drawn vertex, 0.02 to overlaps::allowed_share. Larger
+/// leaves more to the lift of whole pieces; smaller adds energy to bodies that roll, as the forces act on the
+/// mean of the influences.
+inline constexpr double max_drawn_error_share = 0.04;
 /// Maximum distance of a rendered vertex from its influences' mean in the bound of a sample's motion, 0.1 to
 /// 1. Smaller may miss contacts of strained material, larger costs time.
 inline constexpr double max_vertex_offset_share = 0.5;
@@ -209,5 +216,24 @@ inline constexpr double stagnation_ratio = 0.75;
 inline constexpr int stagnation_check_interval = 10;
 
 }  // namespace fragments
+
+/// Overlaps of drawn surfaces with colliders at the end of a step (collider_overlaps.cpp). Lengths in
+/// spacings.
+namespace overlaps {
+
+/// Depth of a vertex, 0.04 to 0.1, from which its piece is lifted. Larger lets pieces sink in where contact
+/// forces fail; smaller takes their place.
+inline constexpr double allowed_share = 0.048;
+/// Distance from a collider up to which the vertices of a piece are looked at, 0.5 to 2. Smaller may lift a
+/// piece into another collider.
+inline constexpr double near_share = 1;
+/// Lift that is left out, 1e-4 to 0.01.
+inline constexpr double negligible_share = 1e-3;
+/// Maximum number of rounds over the colliders, 2 to 20. More serve pieces in corners between several.
+inline constexpr int max_lifts = 8;
+/// Iterations over the vertices that are stopped, 5 to 50: accuracy of impulses against time.
+inline constexpr int iterations = 20;
+
+}  // namespace overlaps
 
 }  // namespace splitcubes::body::tuning
