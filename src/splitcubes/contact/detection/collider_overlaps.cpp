@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 
 namespace splitcubes::body {
@@ -32,9 +33,9 @@ void ColliderOverlaps::list_near(const Task& task, const BodyView& body, const P
     const std::vector<splitting::SurfaceVertex>& vertices = body.surface.vertices();
     const double end = task.time + task.dt, margin = tuning::overlaps::near_share * body.spacing;
     found_.resize((positions.size() + grain - 1) / grain);
-    std::vector<Isometry> to_own;
-    for (const Collider& collider : task.colliders) to_own.push_back(collider.at(end).inverse());
-    parallel.for_chunks(positions.size(), grain, [&](std::size_t begin, std::size_t stop) {
+    to_own_.clear();
+    for (const Collider& collider : task.colliders) to_own_.push_back(collider.at(end).inverse());
+    const auto list = [&](std::size_t begin, std::size_t stop) {
         std::vector<Near>& found = found_[begin / grain];
         found.clear();
         geometry::Box box;
@@ -42,26 +43,28 @@ void ColliderOverlaps::list_near(const Task& task, const BodyView& body, const P
             if (vertices[v].alive()) box.add(positions[v]);
         if (box.empty()) return;
         const double radius = 0.5 * box.size().norm();
-        for (std::size_t c = 0; c < to_own.size(); ++c) {
+        for (std::size_t c = 0; c < to_own_.size(); ++c) {
             const geometry::SignedDistance& solid = *task.colliders[c].solid;
-            if (solid.at(to_own[c] * box.center()).distance > solid.lipschitz_constant() * radius + margin)
+            if (solid.at(to_own_[c] * box.center()).distance > solid.lipschitz_constant() * radius + margin)
                 continue;
             for (std::size_t v = begin; v < stop; ++v) {
                 if (!vertices[v].alive() || !positions[v].allFinite()) continue;
-                const double distance = solid.at(to_own[c] * positions[v]).distance;
+                const double distance = solid.at(to_own_[c] * positions[v]).distance;
                 if (distance > margin) continue;
                 const std::int32_t piece =
                     body.pieces.piece_of(body.grid, body.surface.influence(vertices[v]));
                 found.push_back({piece, positions[v], distance < -allowed_depth(body)});
             }
         }
-    });
+    };
+    // Passed by reference because a copied function object would be allocated.
+    parallel.for_chunks(positions.size(), grain, std::cref(list));
     near_.clear();
     for (const std::vector<Near>& found : found_) near_.insert(near_.end(), found.begin(), found.end());
-    std::vector<std::uint8_t> deep(body.pieces.count(), 0);
+    deep_.assign(body.pieces.count(), 0);
     for (const Near& near : near_)
-        if (near.deep) deep[static_cast<std::size_t>(near.piece)] = 1;
-    std::erase_if(near_, [&](const Near& near) { return deep[static_cast<std::size_t>(near.piece)] == 0; });
+        if (near.deep) deep_[static_cast<std::size_t>(near.piece)] = 1;
+    std::erase_if(near_, [&](const Near& near) { return deep_[static_cast<std::size_t>(near.piece)] == 0; });
     std::stable_sort(near_.begin(), near_.end(),
                      [](const Near& a, const Near& b) { return a.piece < b.piece; });
 }

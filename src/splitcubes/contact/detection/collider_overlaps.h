@@ -74,6 +74,8 @@ class ColliderOverlaps {
     std::vector<std::uint8_t> moved_;       // per body
     std::vector<std::vector<Near>> found_;  // per range of vertices
     std::vector<Near> near_;                // of a body, by piece
+    std::vector<std::uint8_t> deep_;        // per piece of a body
+    std::vector<Isometry> to_own_;          // per collider, at the end of the step
     std::vector<Stop> stops_;
 };
 

@@ -11,6 +11,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <optional>
 #include <tuple>
 #include <utility>
@@ -58,7 +59,7 @@ void VertexContacts::list_near(const BodyView& body, const BodyCache& cache, con
                                                              body.grid.rest().cell_size)));
     const std::uint8_t touching = collider.solid->is_flat() ? 2 : 1;
     found_.resize((positions.size() + vertices_per_range - 1) / vertices_per_range);
-    parallel.for_chunks(positions.size(), vertices_per_range, [&](std::size_t begin, std::size_t end) {
+    const auto list = [&](std::size_t begin, std::size_t end) {
         std::vector<Near>& found = found_[begin / vertices_per_range];
         found.clear();
         geometry::Box box;
@@ -81,7 +82,9 @@ void VertexContacts::list_near(const BodyView& body, const BodyCache& cache, con
             found.push_back({box_of(vertices[v].lowest_node, side), piece, static_cast<std::uint32_t>(v),
                              distance, cache.sample[v] >= touching});
         }
-    });
+    };
+    // Passed by reference because a copied function object would be allocated.
+    parallel.for_chunks(positions.size(), vertices_per_range, std::cref(list));
     near_.clear();
     for (const std::vector<Near>& found : found_) near_.insert(near_.end(), found.begin(), found.end());
     std::sort(near_.begin(), near_.end(), [](const Near& a, const Near& b) {
