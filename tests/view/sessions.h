@@ -4,25 +4,34 @@
 #include <splitcubes/view/simulation_loop.h>
 #include <splitcubes/view/viewer.h>
 
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <stdexcept>
 #include <string>
+#include <system_error>
 #include <vector>
 
 namespace splitcubes::view_tests {
 
 using namespace splitcubes::view;
 
-/// A folder that is removed at the end.
+/// A new folder that is removed at the end. Tests run side by side in several processes.
 struct TemporaryFolder {
     std::filesystem::path path;
 
-    explicit TemporaryFolder(const std::string& name)
-        : path(std::filesystem::temp_directory_path() / ("splitcubes-view-" + name)) {
-        std::filesystem::remove_all(path);
-        std::filesystem::create_directories(path);
+    explicit TemporaryFolder(const std::string& name) {
+        std::string pattern =
+            (std::filesystem::temp_directory_path() / ("splitcubes-view-" + name + "-XXXXXX")).string();
+        if (mkdtemp(pattern.data()) == nullptr) throw std::runtime_error("no temporary folder");
+        path = pattern;
     }
-    ~TemporaryFolder() { std::filesystem::remove_all(path); }
+    TemporaryFolder(const TemporaryFolder&) = delete;
+    TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+    ~TemporaryFolder() {
+        std::error_code ignored;
+        std::filesystem::remove_all(path, ignored);
+    }
 };
 
 /// A block of 0.2 x 0.2 x 0.1 m on a table, coarse enough for quick tests. more: keys of the scene behind a
