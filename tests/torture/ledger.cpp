@@ -89,6 +89,7 @@ double Surroundings::speed_put_in(double radius) const {
 
 Ledger::Ledger(const Surroundings& surroundings, const MetricsTable& table, double cell_size)
     : surroundings_(surroundings), table_(table), cell_size_(cell_size) {
+    has_potential_ = table_.has("potential_energy");
     if (table_.size() > 0) mass_ = table_.at(0, "mass");
 }
 
@@ -121,6 +122,8 @@ Ledger::Moment Ledger::moment_of(const std::vector<PieceMeasure>& pieces) const 
 
 double Ledger::work_of_gravity(std::size_t row, const Moment& before, const Moment& now) const {
     const Vec3& g = surroundings_.gravity();
+    if (has_potential_)
+        return row == 0 ? 0 : table_.at(row - 1, "potential_energy") - table_.at(row, "potential_energy");
     if (row == 0 || !is_free(row)) return now.value - before.value;
     return 0.5 * surroundings_.time_step() *
            g.dot(table_.vector(row - 1, "momentum") + table_.vector(row, "momentum"));
@@ -175,9 +178,9 @@ void Ledger::measure_energy(std::size_t row, const Moment& before, const Moment&
     double holds = 0;
     const bool pushed = surroundings_.has_moving_obstacles() && table_.at(row, "contacts") > 0;
     const bool pulled = surroundings_.is_pulled(time - surroundings_.time_step());
-    const bool known = now.known && !pushed && !pulled && work_of_holds(row, holds);
+    const bool known = (now.known || has_potential_) && !pushed && !pulled && work_of_holds(row, holds);
     const double gravity = work_of_gravity(row, before, now);
-    const bool exact = is_free(row);
+    const bool exact = has_potential_ || is_free(row);
     if (!known || !running_) {
         running_ = known;
         work_ = 0;

@@ -71,12 +71,13 @@ class Ledger {
     double cell_size_, mass_ = 0, radius_ = 0;
     std::size_t frame_ = 0;
     Moment moment_;
-    bool running_ = false;  // since the work was last unknown
-    double work_ = 0;       // J, all so far
-    double put_in_ = 0;     // J, energy at first and all positive work
-    double lowest_ = 0;     // J, energy less work
-    double allowance_ = 0;  // J, at the lowest
-    double stored_ = 0;     // J, largest elastic energy so far
+    bool has_potential_ = false;  // the table has the potential energy of gravity
+    bool running_ = false;        // since the work was last unknown
+    double work_ = 0;             // J, all so far
+    double put_in_ = 0;           // J, energy at first and all positive work
+    double lowest_ = 0;           // J, energy less work
+    double allowance_ = 0;        // J, at the lowest
+    double stored_ = 0;           // J, largest elastic energy so far
 };
 
 }  // namespace splitcubes::torture

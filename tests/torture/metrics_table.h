@@ -15,6 +15,7 @@ class MetricsTable {
     /// Throws std::runtime_error where the text is no table with the columns that the laws need.
     explicit MetricsTable(const std::string& text);
 
+    bool has(const std::string& column) const { return columns_.count(column) > 0; }
     std::size_t size() const { return rows_.size(); }
     double at(std::size_t row, const std::string& column) const { return rows_[row][index_of(column)]; }
     /// NAME_x, NAME_y and NAME_z.

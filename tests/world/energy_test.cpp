@@ -66,6 +66,8 @@ Course run_course(body::World& world, double seconds, double quiet) {
         const double energy =
             report.totals.kinetic_energy + report.totals.elastic_energy + gravity_energy(world);
         EXPECT_TRUE(std::isfinite(energy)) << "step " << step;
+        EXPECT_NEAR(report.totals.potential_energy, gravity_energy(world),
+                    1e-10 * (1 + std::abs(gravity_energy(world))));
         if (world.time() <= quiet) {
             course.first = energy;
             continue;

@@ -100,13 +100,29 @@ void Body::finish_surface(const StepContext& context, StepReport& report) {
                 visible += std::uint32_t{samples_.pairs.visibility[k] > 0};
             return std::size_t{visible};
         });
-    report.totals.mass += context.parallel.sum<double>(samples_.phyxels.size(), 2048, 0,
-                                                       [&](std::size_t begin, std::size_t end) {
-                                                           double mass = 0;
-                                                           for (std::size_t i = begin; i < end; ++i)
-                                                               mass += samples_.phyxels.mass[i];
-                                                           return mass;
-                                                       });
+    struct Gravity {
+        double mass = 0;             // kg
+        Vec3 moment = Vec3::Zero();  // kg m, mass times position
+        Gravity& operator+=(const Gravity& other) {
+            mass += other.mass;
+            moment += other.moment;
+            return *this;
+        }
+    };
+    const meshless::Phyxels& phyxels = samples_.phyxels;
+    Gravity sum = context.parallel.sum<Gravity>(
+        phyxels.size(), 2048, Gravity{}, [&](std::size_t begin, std::size_t end) {
+            Gravity part;
+            for (std::size_t i = begin; i < end; ++i) {
+                part.mass += phyxels.mass[i];
+                if (phyxels.rigid.index(phyxels.piece[i]) < 0)
+                    part.moment += phyxels.mass[i] * phyxels.position[i];
+            }
+            return part;
+        });
+    for (const meshless::RigidPiece& piece : phyxels.rigid.bodies) sum.moment += piece.mass * piece.centre;
+    report.totals.mass += sum.mass;
+    report.totals.potential_energy -= context.gravity.dot(sum.moment);
 }
 
 }  // namespace splitcubes::body

@@ -86,6 +86,7 @@ struct StepTotals {
     double kinetic_energy = 0;             // J
     double elastic_energy = 0;             // J
     double contact_energy = 0;             // J, in the springs of contacts (implicit steps)
+    double potential_energy = 0;           // J, of gravity, zero at the origin
     double top_speed = 0;                  // m/s
 };
 

@@ -108,6 +108,20 @@ TEST(Checker, FindsAddedEnergy) {
     }
 }
 
+// With the potential energy in the table, energy is exact beside an obstacle, too.
+TEST(Checker, KnowsThePotentialEnergyOfGravity) {
+    HandMadeRun run = falling_box();
+    run.scene["ground"] = {{"height", -5}};
+    for (std::size_t k = 0; k < run.rows.size(); ++k)
+        run.rows[k]["potential_energy"] = -run.rows[k]["kinetic_energy"];
+    EXPECT_EQ(broken(run.check()), Names{});
+    for (std::size_t k = 5; k < run.rows.size(); ++k)
+        run.rows[k]["potential_energy"] += 0.1 * run.rows[5]["kinetic_energy"];
+    const Verdict verdict = run.check();
+    EXPECT_EQ(broken(verdict), Names{"energy"});
+    EXPECT_EQ(verdict.of(Law::energy).frame, 6);
+}
+
 TEST(Checker, EnergyThatWasLostDoesNotComeBack) {
     HandMadeRun run = falling_box();
     for (std::size_t k = 2; k < 5; ++k) run.rows[k]["kinetic_energy"] *= 0.5;

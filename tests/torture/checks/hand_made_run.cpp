@@ -81,10 +81,12 @@ void HandMadeRun::write(const fs::path& folder) const {
     std::ofstream(folder / "scene.json") << scene.dump();
     std::ofstream table(folder / "run" / "metrics.csv");
     table.precision(17);
-    for (const std::string& name : columns()) table << name << ',';
+    std::vector<std::string> names = columns();
+    if (!rows.empty() && rows[0].count("potential_energy") > 0) names.emplace_back("potential_energy");
+    for (const std::string& name : names) table << name << ',';
     table << "flags\n";
     for (const auto& row : rows) {
-        for (const std::string& name : columns()) table << row.at(name) << ',';
+        for (const std::string& name : names) table << row.at(name) << ',';
         table << "-\n";
     }
     for (std::size_t k = 0; k < surfaces.size(); ++k) {
