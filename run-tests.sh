@@ -96,7 +96,7 @@ run_fuzzer() {  # run_fuzzer NAME
   local name=$1 seeds=()
   mkdir -p "build/fuzz/corpus/$name"
   if [[ $name == fuzz_parse_scene ]]; then seeds=(scenes); fi
-  if ! "build/fuzz/bin/$name" -max_total_time="$fuzz_seconds" -timeout=20 -rss_limit_mb=2048 \
+  if ! "build/fuzz/bin/$name" -max_total_time="$fuzz_seconds" -timeout=60 -rss_limit_mb=2048 \
     -print_final_stats=1 -artifact_prefix="build/fuzz/$name-" "build/fuzz/corpus/$name" "${seeds[@]}" \
     >"build/fuzz/$name.log" 2>&1; then
     tail -n 60 "build/fuzz/$name.log"
