@@ -1,6 +1,6 @@
 #include <splitcubes/contact/detection/collider_overlaps.h>
+#include <splitcubes/contact/detection/rigid_motion.h>
 #include <splitcubes/contact/detection/tuning.h>
-#include <splitcubes/math/cross_matrix.h>
 #include <splitcubes/node_motion/surface_motion.h>
 #include <splitcubes/samples/phyxels.h>
 #include <splitcubes/samples/rigid_pieces.h>
@@ -31,10 +31,8 @@ double allowed_depth(const BodyView& body) {
 void ColliderOverlaps::list_near(const Task& task, const BodyView& body, const Parallel& parallel) {
     const std::span<const Vec3> positions = body.surface_motion.positions();
     const std::vector<splitting::SurfaceVertex>& vertices = body.surface.vertices();
-    const double end = task.time + task.dt, margin = tuning::overlaps::near_share * body.spacing;
+    const double margin = tuning::overlaps::near_share * body.spacing;
     found_.resize((positions.size() + grain - 1) / grain);
-    to_own_.clear();
-    for (const Collider& collider : task.colliders) to_own_.push_back(collider.at(end).inverse());
     const auto list = [&](std::size_t begin, std::size_t stop) {
         std::vector<Near>& found = found_[begin / grain];
         found.clear();
@@ -43,13 +41,14 @@ void ColliderOverlaps::list_near(const Task& task, const BodyView& body, const P
             if (vertices[v].alive()) box.add(positions[v]);
         if (box.empty()) return;
         const double radius = 0.5 * box.size().norm();
-        for (std::size_t c = 0; c < to_own_.size(); ++c) {
+        for (std::size_t c = 0; c < poses_.size(); ++c) {
             const geometry::SignedDistance& solid = *task.colliders[c].solid;
-            if (solid.at(to_own_[c] * box.center()).distance > solid.lipschitz_constant() * radius + margin)
+            if (solid.at(poses_[c].to_after * box.center()).distance >
+                solid.lipschitz_constant() * radius + margin)
                 continue;
             for (std::size_t v = begin; v < stop; ++v) {
                 if (!vertices[v].alive() || !positions[v].allFinite()) continue;
-                const double distance = solid.at(to_own_[c] * positions[v]).distance;
+                const double distance = solid.at(poses_[c].to_after * positions[v]).distance;
                 if (distance > margin) continue;
                 const std::int32_t piece =
                     body.pieces.piece_of(body.grid, body.surface.influence(vertices[v]));
@@ -69,14 +68,6 @@ void ColliderOverlaps::list_near(const Task& task, const BodyView& body, const P
                      [](const Near& a, const Near& b) { return a.piece < b.piece; });
 }
 
-bool ColliderOverlaps::is_held(const BodyView& body, std::int32_t piece) const {
-    const std::int32_t rigid = body.phyxels.rigid.index(piece);
-    if (rigid >= 0) return body.holds_rigid(static_cast<std::size_t>(rigid));
-    for (std::size_t i = 0; i < body.held.size(); ++i)
-        if (body.held[i] != 0 && body.phyxels.piece[i] == piece) return true;
-    return false;
-}
-
 // Returns the translation, m, that takes the vertices of a piece up to the depth that is allowed. Colliders
 // between which there is no room leave an overlap.
 Vec3 ColliderOverlaps::lift_of(const Task& task, std::span<const Near> near, double spacing) const {
@@ -85,18 +76,17 @@ Vec3 ColliderOverlaps::lift_of(const Task& task, std::span<const Near> near, dou
     bool any = true;
     for (int pass = 0; any && pass < tuning::overlaps::max_lifts; ++pass) {
         any = false;
-        for (const Collider& collider : task.colliders) {
-            const Isometry pose = collider.at(task.time + task.dt), to_own = pose.inverse();
+        for (std::size_t c = 0; c < task.colliders.size(); ++c) {
             geometry::SignedDistance::Sample deepest;
             deepest.distance = 0;
             for (const Near& vertex : near) {
                 const geometry::SignedDistance::Sample at =
-                    collider.solid->at(to_own * (vertex.point + lift));
+                    task.colliders[c].solid->at(poses_[c].to_after * (vertex.point + lift));
                 if (at.distance < deepest.distance) deepest = at;
             }
             const double height = -deepest.distance - allowed;
             if (!(height > tuning::overlaps::negligible_share * spacing)) continue;
-            lift += height * (pose.linear() * deepest.normal);
+            lift += height * (poses_[c].after.linear() * deepest.normal);
             any = true;
         }
     }
@@ -108,17 +98,18 @@ Vec3 ColliderOverlaps::lift_of(const Task& task, std::span<const Near> near, dou
 void ColliderOverlaps::list_stops(const Task& task, std::span<const Near> near, const Vec3& lift,
                                   const PieceMotion& motion) {
     stops_.clear();
-    for (const Collider& collider : task.colliders) {
-        const Isometry after = collider.at(task.time + task.dt), to_own = after.inverse();
-        const Isometry before = collider.at(task.time);
+    for (std::size_t c = 0; c < task.colliders.size(); ++c) {
+        const Collider& collider = task.colliders[c];
+        const ColliderPoses& poses = poses_[c];
         for (const Near& vertex : near) {
-            const Vec3 point = vertex.point + lift, own = to_own * point;
+            const Vec3 point = vertex.point + lift, own = poses.to_after * point;
             const geometry::SignedDistance::Sample at = collider.solid->at(own);
             if (!(at.distance < 0)) continue;
             Stop stop;
             stop.arm = point - motion.centre;
-            stop.normal = after.linear() * at.normal;
-            stop.surface_velocity = (after * own - before * own) / task.dt;
+            stop.normal = poses.after.linear() * at.normal;
+            stop.surface_velocity = (poses.after * own - poses.before * own) / task.dt;
+            stop.mobility = mobility_at(1 / motion.mass, motion.inverse_inertia, stop.arm);
             stop.friction = collider.friction;
             if (stop.normal.allFinite()) stops_.push_back(stop);
         }
@@ -129,8 +120,6 @@ void ColliderOverlaps::list_stops(const Task& task, std::span<const Near> near, 
 void ColliderOverlaps::stop(PieceMotion& motion) {
     for (int iteration = 0; iteration < tuning::overlaps::iterations; ++iteration)
         for (Stop& stop : stops_) {
-            const Mat3 arm = cross_matrix(stop.arm);
-            const Mat3 mobility = Mat3::Identity() / motion.mass - arm * motion.inverse_inertia * arm;
             const auto push = [&](const Vec3& impulse) {
                 motion.velocity += impulse / motion.mass;
                 motion.angular_velocity += motion.inverse_inertia * stop.arm.cross(impulse);
@@ -139,19 +128,47 @@ void ColliderOverlaps::stop(PieceMotion& motion) {
                 return Vec3(motion.velocity + motion.angular_velocity.cross(stop.arm) -
                             stop.surface_velocity);
             };
-            const double along = stop.normal.dot(mobility * stop.normal);
+            const double along = stop.normal.dot(stop.mobility * stop.normal);
             const double impulse = std::max(0.0, stop.impulse - stop.normal.dot(velocity()) / along);
             push((impulse - stop.impulse) * stop.normal);
             stop.impulse = impulse;
             // Overestimates the mobility along both tangents: too small an impulse still only removes energy.
             Vec3 sliding = velocity();
             sliding -= stop.normal * stop.normal.dot(sliding);
-            Vec3 tangential = stop.tangential - sliding / (mobility.trace() - along);
+            Vec3 tangential = stop.tangential - sliding / (stop.mobility.trace() - along);
             const double limit = stop.friction * stop.impulse;
             if (tangential.norm() > limit) tangential *= limit / tangential.norm();
             push(tangential - stop.tangential);
             stop.tangential = tangential;
         }
+}
+
+// Moves a piece and returns its rigid motion.
+ColliderOverlaps::PieceMotion ColliderOverlaps::translate(meshless::Phyxels& phyxels, std::int32_t piece,
+                                                          const Vec3& shift) {
+    const std::int32_t index = phyxels.rigid.index(piece);
+    if (index >= 0) {
+        RigidPiece& rigid = phyxels.rigid.bodies[static_cast<std::size_t>(index)];
+        rigid.centre += shift;
+        return {rigid.mass, rigid.inverse_inertia(), rigid.centre, rigid.velocity(),
+                rigid.angular_velocity()};
+    }
+    std::vector<meshless::Momenta> parts;
+    for (std::size_t i = 0; i < phyxels.size(); ++i) {
+        if (phyxels.piece[i] != piece) continue;
+        phyxels.position[i] += shift;
+        phyxels.previous_position[i] += shift;
+        meshless::Momenta one;
+        one.mass = phyxels.mass[i];
+        one.centre = phyxels.position[i];
+        one.linear = one.mass * phyxels.velocity[i];
+        parts.push_back(one);
+    }
+    const meshless::Momenta sum = meshless::together(parts);
+    if (!(sum.mass > 0)) return {};
+    const Mat3 inverse_inertia = inverse_of_inertia(sum.inertia);
+    return {sum.mass, inverse_inertia, sum.centre, sum.linear / sum.mass,
+            inverse_inertia * sum.angular_momentum};
 }
 
 void ColliderOverlaps::lift(const Task& task, const BodyView& body, std::span<const Near> near,
@@ -161,35 +178,8 @@ void ColliderOverlaps::lift(const Task& task, const BodyView& body, std::span<co
     if (shift.isZero(0) || !shift.allFinite()) return;
     ++outcome.pieces;
     meshless::Phyxels& phyxels = body.phyxels;
-    const std::int32_t index = phyxels.rigid.index(piece);
-    PieceMotion motion;
-    if (index >= 0) {
-        RigidPiece& rigid = phyxels.rigid.bodies[static_cast<std::size_t>(index)];
-        rigid.centre += shift;
-        motion = {rigid.mass, rigid.inverse_inertia(), rigid.centre, rigid.velocity(),
-                  rigid.angular_velocity()};
-    } else {
-        std::vector<meshless::Momenta> parts;
-        for (std::size_t i = 0; i < phyxels.size(); ++i) {
-            if (phyxels.piece[i] != piece) continue;
-            phyxels.position[i] += shift;
-            phyxels.previous_position[i] += shift;
-            meshless::Momenta one;
-            one.mass = phyxels.mass[i];
-            one.centre = phyxels.position[i];
-            one.linear = one.mass * phyxels.velocity[i];
-            parts.push_back(one);
-        }
-        const meshless::Momenta sum = meshless::together(parts);
-        if (!(sum.mass > 0)) return;
-        motion.mass = sum.mass;
-        motion.centre = sum.centre;
-        motion.velocity = sum.linear / sum.mass;
-        for (int axis = 0; axis < 3; ++axis)
-            motion.inverse_inertia.col(axis) = meshless::angular_velocity(sum.inertia, Vec3::Unit(axis));
-        motion.inverse_inertia = (0.5 * (motion.inverse_inertia + motion.inverse_inertia.transpose())).eval();
-        motion.angular_velocity = motion.inverse_inertia * sum.angular_momentum;
-    }
+    PieceMotion motion = translate(phyxels, piece, shift);
+    if (!(motion.mass > 0)) return;
     const PieceMotion before = motion;
     list_stops(task, near, shift, motion);
     stop(motion);
@@ -205,10 +195,10 @@ void ColliderOverlaps::lift(const Task& task, const BodyView& body, std::span<co
     outcome.momentum += impulse;
     outcome.angular_momentum += motion.centre.cross(impulse) + torque;
     outcome.angular_momentum += shift.cross(motion.mass * before.velocity);
-    // Of the rigid motion; the rest does not change.
+    // Only the energy of the rigid motion changes.
     outcome.kinetic_energy += 0.5 * impulse.dot(before.velocity + motion.velocity) +
                               0.5 * torque.dot(before.angular_velocity + motion.angular_velocity);
-    if (index >= 0) {
+    if (const std::int32_t index = phyxels.rigid.index(piece); index >= 0) {
         RigidPiece& rigid = phyxels.rigid.bodies[static_cast<std::size_t>(index)];
         rigid.momentum += impulse;
         rigid.angular_momentum += torque;
@@ -226,15 +216,22 @@ ColliderOverlaps::Outcome ColliderOverlaps::undo(const Task& task, const Paralle
     Outcome outcome;
     moved_.assign(task.bodies.size(), 0);
     if (task.colliders.empty()) return outcome;
+    poses_.clear();
+    for (const Collider& collider : task.colliders) poses_.emplace_back(collider, task.time, task.dt);
     for (std::size_t b = 0; b < task.bodies.size(); ++b) {
         const BodyView& body = task.bodies[b];
         if (body.is_lattice_driven) continue;
         list_near(task, body, parallel);
+        if (near_.empty()) continue;
+        const std::vector<std::uint8_t> held = held_pieces(body);
         const std::size_t before = outcome.pieces;
         for (auto first = near_.begin(); first != near_.end();) {
             auto last = first;
             while (last != near_.end() && last->piece == first->piece) ++last;
-            if (!is_held(body, first->piece)) lift(task, body, {first, last}, outcome);
+            const std::int32_t rigid = body.phyxels.rigid.index(first->piece);
+            const bool is_held = rigid >= 0 ? body.holds_rigid(static_cast<std::size_t>(rigid))
+                                            : held[static_cast<std::size_t>(first->piece)] != 0;
+            if (!is_held) lift(task, body, {first, last}, outcome);
             first = last;
         }
         if (outcome.pieces == before) continue;

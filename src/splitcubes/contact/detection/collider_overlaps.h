@@ -3,6 +3,7 @@
 
 #include <splitcubes/contact/detection/body_view.h>
 #include <splitcubes/contact/detection/collider.h>
+#include <splitcubes/contact/detection/collider_contact.h>
 #include <splitcubes/core/parallel.h>
 #include <splitcubes/geometry/box.h>
 
@@ -52,6 +53,7 @@ class ColliderOverlaps {
         Vec3 arm;               // m, from the centre of mass
         Vec3 normal;            // unit, out of the collider
         Vec3 surface_velocity;  // m/s, of the collider
+        Mat3 mobility;          // 1/kg, change of velocity per impulse
         double friction = 0;
         double impulse = 0;              // N s, along the normal
         Vec3 tangential = Vec3::Zero();  // N s
@@ -64,18 +66,18 @@ class ColliderOverlaps {
         Vec3 angular_velocity = Vec3::Zero();  // rad/s
     };
     void list_near(const Task& task, const BodyView& body, const Parallel& parallel);
-    bool is_held(const BodyView& body, std::int32_t piece) const;
     Vec3 lift_of(const Task& task, std::span<const Near> near, double spacing) const;
     void list_stops(const Task& task, std::span<const Near> near, const Vec3& lift,
                     const PieceMotion& motion);
     void stop(PieceMotion& motion);
+    static PieceMotion translate(meshless::Phyxels& phyxels, std::int32_t piece, const Vec3& shift);
     void lift(const Task& task, const BodyView& body, std::span<const Near> near, Outcome& outcome);
 
     std::vector<std::uint8_t> moved_;       // per body
     std::vector<std::vector<Near>> found_;  // per range of vertices
     std::vector<Near> near_;                // of a body, by piece
     std::vector<std::uint8_t> deep_;        // per piece of a body
-    std::vector<Isometry> to_own_;          // per collider, at the end of the step
+    std::vector<ColliderPoses> poses_;      // per collider
     std::vector<Stop> stops_;
 };
 

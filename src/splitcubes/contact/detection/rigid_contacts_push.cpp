@@ -1,8 +1,8 @@
 // Position correction and impulses of rigid fragments after a step.
 #include <splitcubes/contact/detection/body_view.h>
 #include <splitcubes/contact/detection/rigid_contacts.h>
+#include <splitcubes/contact/detection/rigid_motion.h>
 #include <splitcubes/contact/detection/tuning.h>
-#include <splitcubes/math/cross_matrix.h>
 #include <splitcubes/samples/phyxels.h>
 #include <splitcubes/splitting/pieces.h>
 
@@ -15,13 +15,6 @@ namespace splitcubes::body {
 namespace {
 
 using meshless::RigidPiece;
-
-// Returns the change of velocity per impulse, 1/kg, of a mover at the same point; point: lever arm, m.
-template <class Mover>
-Mat3 mobility_at(const Mover& mover, const Vec3& point) {
-    const Mat3 arm = cross_matrix(point);
-    return mover.mobility * Mat3::Identity() - arm * mover.inverse_inertia * arm;
-}
 
 }  // namespace
 
@@ -146,9 +139,7 @@ void RigidContacts::measure_proxies(const Task& task) {
         const meshless::Phyxels& phyxels = body.phyxels;
         if (summed != proxy.body) {
             meshless::momenta_of_pieces(phyxels, static_cast<int>(body.pieces.count()), momenta);
-            held.assign(body.pieces.count(), 0);
-            for (std::size_t i = 0; i < body.held.size(); ++i)
-                if (body.held[i] != 0) held[static_cast<std::size_t>(phyxels.piece[i])] = 1;
+            held = held_pieces(body);
         }
         summed = proxy.body;
         const meshless::Momenta& now = momenta[static_cast<std::size_t>(proxy.piece)];
@@ -159,9 +150,7 @@ void RigidContacts::measure_proxies(const Task& task) {
         proxy.momentum = now.linear;
         proxy.angular_momentum = now.angular_momentum;
         proxy.inertia = now.inertia;
-        for (int axis = 0; axis < 3; ++axis)
-            proxy.inverse_inertia.col(axis) = meshless::angular_velocity(now.inertia, Vec3::Unit(axis));
-        proxy.inverse_inertia = (0.5 * (proxy.inverse_inertia + proxy.inverse_inertia.transpose())).eval();
+        proxy.inverse_inertia = inverse_of_inertia(now.inertia);
         proxy.end_angular_velocity = proxy.inverse_inertia * now.angular_momentum;
     }
 }
@@ -252,7 +241,8 @@ void RigidContacts::add_push(ContactRow& row) {
     push.lower_torque = push.lower_arm.cross(row.normal);
     push.turn = upper.inverse_inertia * push.torque;
     push.lower_turn = lower.inverse_inertia * push.lower_torque;
-    const Mat3 mobility = mobility_at(upper, push.arm) + mobility_at(lower, push.lower_arm);
+    const Mat3 mobility = mobility_at(upper.mobility, upper.inverse_inertia, push.arm) +
+                          mobility_at(lower.mobility, lower.inverse_inertia, push.lower_arm);
     const double normal = row.normal.dot(mobility * row.normal);
     // Overestimates the mobility along both tangents: too small an impulse still only removes energy.
     const double along = mobility.trace() - normal;
