@@ -108,7 +108,7 @@ class Pictures {
             std::cout << (line = film_.stop()) << '\n';
         else
             line =
-                film_.record(file.empty() ? "splitcubes-film.mp4" : file,
+                film_.record(file.empty() ? "splitcubes-film.mp4" : file, viewer,
                              static_cast<int>(viewer.size().width), static_cast<int>(viewer.size().height));
         if (!line.empty()) viewer.notify(line);
     }

@@ -124,7 +124,7 @@ double share_beyond(const body::Body& body, const Vec3& point, const Vec3& norma
             for (int x = 0; x < count[0]; ++x) {
                 if (!grid.inside({x, y, z})) continue;
                 all += 1;
-                beyond += normal.dot(grid.rest().node_position({x, y, z}) - point) > 0 ? 1 : 0;
+                beyond += normal.dot(body.pose() * grid.rest().node_position({x, y, z}) - point) > 0 ? 1 : 0;
             }
     return beyond / all;
 }

@@ -8,6 +8,13 @@ export XDG_CONFIG_HOME=$folder/config
 
 fail() { echo "window_test: $1" >&2; cat log >&2 || true; exit 1; }
 
+# pause SECONDS: as long on a machine at rest, longer on one that is slow or busy.
+slowness=1
+pause() { sleep "$(awk "BEGIN { print $1 * $slowness }")"; }
+begin=$(date +%s%N)
+"$program" view "$meshes/pear.obj" --frames 30 --screenshot first.png >log 2>&1 || fail "there is no picture"
+slowness=$(((($(date +%s%N) - begin) / 1000000 + 2999) / 3000))
+
 # start NAME WORD...: starts the viewer and waits for its window.
 start() {
   shift
@@ -20,7 +27,7 @@ start() {
     sleep 0.1
   done
   [[ -n $id ]] || fail "there is no window"
-  sleep 2
+  pause 2
 }
 stop() {
   xdotool key ctrl+q
@@ -79,13 +86,13 @@ export XDG_CACHE_HOME=$folder/cache SPLITCUBES_SCENES=$folder/scenes
 mkdir -p "$folder/scenes/meshes" && cp "$meshes/pear.obj" "$folder/scenes/meshes/" && cp "$meshes/../schema.json" "$folder/scenes/"
 start gallery --record-input gallery.jsonl
 click 110 120
-sleep 2
+pause 2
 xdotool key space
-sleep 1
+pause 1
 xdotool key F11
-sleep 1
+pause 1
 xdotool key F11
-sleep 1
+pause 1
 stop
 grep -q '"kind":"act","name":"open","text":".*pear.obj"' gallery.jsonl || fail "a click in the gallery opens nothing"
 grep -q 'saved .*film-1.mp4' log || fail "no film is saved"

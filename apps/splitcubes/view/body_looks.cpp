@@ -3,6 +3,7 @@
 #include <splitcubes/core/error.h>
 #include <splitcubes/geometry/attribute_transfer.h>
 #include <splitcubes/io/read_picture.h>
+#include <splitcubes/scene/build.h>
 #include <splitcubes/scene/strength.h>
 
 #include <algorithm>
@@ -68,8 +69,12 @@ BodyLooks::BodyLooks(const SceneSource& source, std::size_t body, const std::vec
             needs_rest_ = needs_rest_ || !wish->is_plain();
         }
         finishes_ = std::make_shared<const Finishes>(std::move(finishes));
-        if (has_layers)
-            uncut_ = std::make_shared<const geometry::NearestPoint>(source.bodies[body].model.mesh);
+        if (has_layers) {
+            geometry::TriangleMesh placed = source.bodies[body].model.mesh;
+            const Isometry pose = scene::pose_of(scene.bodies[body].placement);
+            for (Vec3& p : placed.positions) p = pose * p;
+            uncut_ = std::make_shared<const geometry::NearestPoint>(placed);
+        }
     }
     if (!scene.display.held) return;
     for (const scene::ConstraintDescription& c : scene.constraints)

@@ -47,14 +47,17 @@ MaterialSettings material_of(const scene::MaterialDescription& m) {
     return out;
 }
 
-BodySettings body_settings_of(const scene::BodyDescription& b, const geometry::Box& bounds) {
+BodySettings body_settings_of(const scene::BodyDescription& b, const geometry::TriangleMesh& own) {
     BodySettings out{.name = b.name, .material = material_of(b.material)};
-    out.cell_size = b.cell_size ? *b.cell_size : geometry::cell_size_for(bounds, *b.cells);
+    out.cell_size = b.cell_size ? *b.cell_size : geometry::cell_size_for(own, *b.cells);
     if (b.phyxel_count) out.phyxel_count = *b.phyxel_count;
     if (b.phyxel_spacing) out.phyxel_spacing = *b.phyxel_spacing;
     if (b.material.tearing)
         out.tearing = TearingSettings{b.material.tearing->strength, b.material.tearing->propagation_ratio};
     const auto vector = [](const Vec3& v) { return Vector3{v.x(), v.y(), v.z()}; };
+    const Isometry pose = scene::pose_of(b.placement);
+    const Quat rotation(pose.linear());
+    out.placement = {vector(pose.translation()), {rotation.w(), rotation.x(), rotation.y(), rotation.z()}};
     out.velocity = vector(b.velocity);
     out.angular_velocity = vector(b.angular_velocity);
     return out;
@@ -95,9 +98,9 @@ SceneSource open_scene(const std::filesystem::path& file) {
     scene::BuildReport report;
     for (const scene::BodyDescription& body : out.description.bodies) {
         note_left_out(body, out.notes);
-        io::Model model = scene::placed_model(body, report);
+        io::Model model = scene::own_model(body, report);
         materials_of_colours(model.attributes);
-        BodySettings settings = body_settings_of(body, model.mesh.bounds());
+        BodySettings settings = body_settings_of(body, model.mesh);
         out.bodies.push_back({std::move(model), std::move(settings)});
     }
     add_tools(out, &report);
@@ -130,7 +133,7 @@ SceneSource open_mesh(const std::filesystem::path& file) {
     const Vec3 centre = bounds.center();
     for (Vec3& p : model.mesh.positions) p = scale * (p - Vec3(centre.x(), centre.y(), bounds.min.z()));
     BodySettings settings{.name = body_name_of(file)};
-    settings.cell_size = geometry::cell_size_for(model.mesh.bounds(), mesh_cells);
+    settings.cell_size = geometry::cell_size_for(model.mesh, mesh_cells);
     settings.phyxel_count = mesh_phyxels;
     settings.material = {.density = mesh_density,
                          .youngs_modulus = mesh_density * standard_gravity * scale * size / mesh_sag,

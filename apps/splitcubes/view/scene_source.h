@@ -19,7 +19,7 @@ namespace splitcubes::view {
 
 /// A body before it is added.
 struct BodySource {
-    io::Model model;  // placed, world at time 0
+    io::Model model;  // in its own frame
     BodySettings settings;
 };
 

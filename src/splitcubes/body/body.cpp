@@ -5,6 +5,7 @@
 #include <splitcubes/core/state_hash.h>
 #include <splitcubes/dynamics/time_integrator.h>
 #include <splitcubes/fracture/tearing.h>
+#include <splitcubes/geometry/shape_frame.h>
 #include <splitcubes/node_motion/lattice_node_motion.h>
 #include <splitcubes/node_motion/phyxel_node_motion.h>
 #include <splitcubes/splitting/extract.h>
@@ -27,6 +28,18 @@ void check_settings(const BodySettings& s) {
         throw InputError(where, "phyxel count must be at least 1");
     if (!s.velocity.allFinite() || !s.angular_velocity.allFinite())
         throw InputError(where, "velocities must be finite");
+    if (!s.pose.matrix().allFinite()) throw InputError(where, "pose must be finite");
+    if (s.deformation && !s.pose.matrix().isIdentity(0))
+        throw InputError(where, "a deformation moves bodies whose mesh is given in the world");
+}
+
+// Returns the settings with the strength as a function of the rest position.
+TearSettings strength_at_rest(TearSettings settings, const Isometry& pose) {
+    if (settings.strength_factor)
+        settings.strength_factor = [factor = std::move(settings.strength_factor), pose](const Vec3& rest) {
+            return factor(pose * rest);
+        };
+    return settings;
 }
 
 std::unique_ptr<occlusion::Criterion> criterion_of(const BodySettings& settings) {
@@ -38,16 +51,30 @@ std::unique_ptr<occlusion::Criterion> criterion_of(const BodySettings& settings)
 
 }  // namespace
 
-Body::Body(const geometry::TriangleMesh& placed, const BodySettings& settings, const Parallel& parallel)
-    : settings_(settings),
-      grid_(splitting::solidify(placed, geometry::grid_around(placed.bounds(), settings.cell_size),
+Body::AtRest Body::at_rest(const geometry::TriangleMesh& mesh, const BodySettings& settings) {
+    AtRest out{mesh, settings};
+    if (!settings.follows_shape || settings.deformation) return out;
+    const Mat3 axes = geometry::shape_frame(mesh);
+    if (axes.isIdentity(0)) return out;
+    for (Vec3& p : out.mesh.positions) p = axes.transpose() * p;
+    out.settings.pose.linear() = settings.pose.linear() * axes;
+    return out;
+}
+
+Body::Body(const geometry::TriangleMesh& mesh, const BodySettings& settings, const Parallel& parallel)
+    : Body(at_rest(mesh, settings), parallel) {}
+
+Body::Body(AtRest made, const Parallel& parallel)
+    : settings_(std::move(made.settings)),
+      grid_(splitting::solidify(made.mesh, geometry::grid_around(made.mesh.bounds(), settings_.cell_size),
                                 solidify_report_, parallel)),
       surface_((parallel.begin("body '" + settings_.name + "': surface"),
                 std::make_unique<splitting::Surface>(grid_, parallel))),
       pieces_(std::make_unique<splitting::Pieces>(grid_)),
       occluders_(grid_.rest()),
-      samples_(criterion_of(settings)),
-      solver_(std::make_unique<meshless::TimeIntegrator>()) {
+      samples_(criterion_of(settings_)),
+      solver_(std::make_unique<meshless::TimeIntegrator>()),
+      boundary_(settings_.pose) {
     check_settings(settings_);
     meshless::check_material(settings_.material, "body '" + settings_.name + "' material");
     if (settings_.tearing && settings_.deformation)
@@ -81,8 +108,9 @@ Body::Body(const geometry::TriangleMesh& placed, const BodySettings& settings, c
         sample_small_parts(parallel);
     }
     if (settings_.tearing)
-        tearing_ = std::make_unique<Tearing>(*settings_.tearing, settings_.material, grid_, samples_.phyxels,
-                                             samples_.neighbourhoods);
+        tearing_ =
+            std::make_unique<Tearing>(strength_at_rest(*settings_.tearing, settings_.pose),
+                                      settings_.material, grid_, samples_.phyxels, samples_.neighbourhoods);
     parallel.begin("body '" + settings_.name + "': boundary");
     surface_motion_.track_nodes(grid_, *surface_, motion_->tracker());
     const StepContext at_rest{0, 0, Vec3::Zero(), {}, {}, {}, parallel};
@@ -107,8 +135,15 @@ TrackerContext Body::tracker_context(const Parallel& parallel) const {
 }
 
 geometry::SurfaceMesh Body::surface_mesh() const {
-    return splitting::extract(grid_, *surface_, *pieces_, surface_motion_.positions(),
-                              surface_motion_.normals());
+    geometry::SurfaceMesh out = splitting::extract(grid_, *surface_, *pieces_, surface_motion_.positions(),
+                                                   surface_motion_.normals());
+    for (Vec3& rest : out.rest) rest = settings_.pose * rest;
+    return out;
+}
+
+bool Body::has_phyxel_in(const std::function<bool(const Vec3& at_start)>& region) const {
+    return std::any_of(samples_.phyxels.rest_position.begin(), samples_.phyxels.rest_position.end(),
+                       [&](const Vec3& rest) { return region(settings_.pose * rest); });
 }
 
 void Body::add_to_hash(StateHash& hash) const {

@@ -51,11 +51,16 @@ struct ToolForce;
 struct TopologyChange;
 struct TrackerContext;
 
-/// One soft solid. Its rest space is the world at time 0: the mesh is used where it is placed.
+/// One soft solid. Its rest space is the frame of its mesh, rotated to the axes of its shape, so nothing of
+/// what is made there (grid, surface, phyxels) depends on where the body is placed. Regions and cuts at rest
+/// are given in the world at time 0.
 class Body {
   public:
-    /// Throws InputError if the mesh encloses no volume or a setting is out of range.
-    Body(const geometry::TriangleMesh& placed, const BodySettings& settings, const Parallel& parallel);
+    /// mesh: in its own frame, which settings.pose places. Throws InputError if the mesh encloses no volume
+    /// or a setting is out of range.
+    Body(const geometry::TriangleMesh& mesh, const BodySettings& settings, const Parallel& parallel);
+    Body(const Body&) = delete;
+    Body& operator=(const Body&) = delete;
     ~Body();
 
     void add_constraint(HoldConstraint constraint) { boundary_.add_constraint(std::move(constraint)); }
@@ -103,17 +108,21 @@ class Body {
     /// Chooses the contact samples of a changed surface and adds the body's sums to the report.
     void finish_surface(const StepContext& context, StepReport& report);
 
-    /// Cuts the body at rest along a sheet and runs all stages except the integration. Returns the number of
-    /// newly cut edges.
+    /// Cuts the body at rest along a sheet, world at time 0, and runs all stages except the integration.
+    /// Returns the number of newly cut edges.
     std::size_t cut_with_sheet(const geometry::TriangleMesh& sheet, std::int32_t cut_number,
                                const Parallel& parallel);
 
-    /// The same along the whole path of a blade, whose world is rest space.
+    /// The same along the whole path of a blade.
     std::size_t cut_with_blade(const cutting::Blade& blade, std::int32_t cut_number,
                                const Parallel& parallel);
 
     const std::string& name() const { return settings_.name; }
     const BodySettings& settings() const { return settings_; }
+    /// World at time 0 from rest space.
+    const Isometry& pose() const { return settings_.pose; }
+    /// Whether one of the phyxels is in a region at time 0.
+    bool has_phyxel_in(const std::function<bool(const Vec3& at_start)>& region) const;
     const splitting::SolidifyReport& solidify_report() const { return solidify_report_; }
     const splitting::NodeGrid& grid() const { return grid_; }
     const splitting::Surface& surface() const { return *surface_; }
@@ -138,7 +147,7 @@ class Body {
     /// Per surface vertex, world frame, as of the last update_surface.
     const std::vector<Vec3>& vertex_positions() const { return surface_motion_.positions(); }
     const std::vector<Vec3>& vertex_normals() const { return surface_motion_.normals(); }
-    /// Returns the current surface, world frame.
+    /// Returns the current surface, world frame; its rest positions are those of the world at time 0.
     geometry::SurfaceMesh surface_mesh() const;
     std::size_t cut_edge_count() const { return cut_edge_count_; }
 
@@ -163,6 +172,14 @@ class Body {
     std::vector<std::string> validate() const;
 
   private:
+    /// A mesh in rest space, and settings with its pose.
+    struct AtRest {
+        geometry::TriangleMesh mesh;
+        BodySettings settings;
+    };
+    static AtRest at_rest(const geometry::TriangleMesh& mesh, const BodySettings& settings);
+    Body(AtRest made, const Parallel& parallel);
+
     void save_cuts(StateWriter& writer) const;
     void load_cuts(StateReader& reader);
     void rebuild_derived_state(const Parallel& parallel);
@@ -173,7 +190,7 @@ class Body {
     void sample_small_parts(const Parallel& parallel);
     void update_links(const Parallel& parallel, TopologyChange& change);
     SampleContext sample_context(const Parallel& parallel) const {
-        return {grid_, *pieces_, occluders_.grid(), inside_, settings_.material, parallel};
+        return {grid_, *pieces_, occluders_.grid(), inside_, settings_.material, settings_.pose, parallel};
     }
     TrackerContext tracker_context(const Parallel& parallel) const;
 

@@ -8,19 +8,51 @@
 #include <splitcubes/node_motion/rest_cut.h>
 #include <splitcubes/splitting/sheet_cut.h>
 
+#include <algorithm>
 #include <cmath>
 
 namespace splitcubes::body {
+
+namespace {
+
+// Adds the edges that the blade, at rest where it begins, meets between two intervals, with the normal of the
+// stroke.
+void add_shifted_hits(const cutting::SweptBlade& first, std::span<const cutting::CandidateEdge> shifted,
+                      const Vec3& last_normal, const Parallel& parallel,
+                      std::vector<cutting::EdgeCut>& cuts) {
+    if (shifted.empty()) return;
+    cutting::SweptBlade still;
+    for (const geometry::MovingSegment& s : first.segments) {
+        still.segments.push_back({s.a0, s.b0, s.a0, s.b0});
+        still.bounds.add(geometry::bounds_of(still.segments.back()));
+    }
+    const auto by_id = [](const auto& a, const auto& b) { return a.id < b.id; };
+    std::vector<cutting::EdgeCut> hits;
+    Vec3 normal = last_normal;
+    for (cutting::EdgeCut& hit : cutting::cut_edges({&still, 1}, shifted, normal, parallel)) {
+        if (std::binary_search(cuts.begin(), cuts.end(), hit, by_id)) continue;
+        const auto edge = std::find_if(shifted.begin(), shifted.end(),
+                                       [&](const cutting::CandidateEdge& e) { return e.id == hit.id; });
+        if (last_normal.squaredNorm() > 0)
+            hit.rest_normal = cutting::pulled_back(edge->world_from_rest, last_normal);
+        hits.push_back(hit);
+    }
+    cuts.insert(cuts.end(), hits.begin(), hits.end());
+    std::sort(cuts.begin(), cuts.end(), by_id);
+}
+
+}  // namespace
 
 void Body::cut_edges(std::span<const cutting::SweptBlade> blades, std::int32_t cut_number, Vec3& last_normal,
                      const StepContext& context, TopologyChange& change, StepReport& report,
                      const Isometry& tool_before, const Isometry& tool_now, ToolForce& tool_force) {
     const std::vector<splitting::GridEdge> edges = motion_->edges_near(grid_, blades, context.parallel);
     if (edges.empty()) return;
-    const std::vector<cutting::CandidateEdge> candidates =
+    const NodeMotion::Candidates candidates =
         motion_->candidate_edges(edges, tracker_context(context.parallel));
     std::vector<cutting::EdgeCut> cuts =
-        cutting::cut_edges(blades, candidates, last_normal, context.parallel);
+        cutting::cut_edges(blades, candidates.moving, last_normal, context.parallel);
+    add_shifted_hits(blades.front(), candidates.shifted, last_normal, context.parallel, cuts);
     resolve_node_ties(grid_, cuts);
     for (const cutting::EdgeCut& cut : cuts) {
         const std::int32_t slot = grid_.cut(splitting::edge_from_id(cut.id), cut.parameter, cut.rest_normal,
@@ -55,7 +87,9 @@ void Body::accumulate_cut_force(std::int32_t slot, double dt, const Isometry& to
 std::size_t Body::cut_with_sheet(const geometry::TriangleMesh& sheet, std::int32_t cut_number,
                                  const Parallel& parallel) {
     TopologyChange change;
-    change.crossings = splitting::cut_with_sheet(grid_, sheet, cut_number);
+    geometry::TriangleMesh at_rest = sheet;
+    for (Vec3& p : at_rest.positions) p = settings_.pose.inverse() * p;
+    change.crossings = splitting::cut_with_sheet(grid_, at_rest, cut_number);
     settle_topology(parallel, change);
     return change.crossings.size();
 }
@@ -63,7 +97,7 @@ std::size_t Body::cut_with_sheet(const geometry::TriangleMesh& sheet, std::int32
 std::size_t Body::cut_with_blade(const cutting::Blade& blade, std::int32_t cut_number,
                                  const Parallel& parallel) {
     TopologyChange change;
-    change.crossings = body::cut_with_blade(grid_, blade, cut_number, parallel);
+    change.crossings = body::cut_with_blade(grid_, blade, cut_number, parallel, {}, settings_.pose.inverse());
     settle_topology(parallel, change);
     return change.crossings.size();
 }

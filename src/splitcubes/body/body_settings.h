@@ -15,6 +15,11 @@ namespace splitcubes::body {
 
 struct BodySettings {
     std::string name = "body";
+    /// World at time 0 from the frame of the mesh: a rotation and a displacement, m.
+    Isometry pose = Isometry::Identity();
+    /// Whether grid and phyxels follow the axes of the shape (geometry::shape_frame) instead of those of the
+    /// mesh's frame. Not for bodies with a deformation.
+    bool follows_shape = true;
     double cell_size = 0;       // m, > 0
     double phyxel_spacing = 0;  // m; 0: chosen to match phyxel_count
     int phyxel_count = 800;     // target; used only if no spacing is given

@@ -8,15 +8,15 @@ namespace splitcubes::body {
 
 namespace {
 
-// Lists, per region, the phyxels whose rest position is in it; does nothing if there is a list per region.
+// Lists, per region, the phyxels that are in it at time 0; does nothing if there is a list per region.
 template <class Region>
 void list_phyxels_of(const std::vector<Region>& regions, const meshless::Phyxels& phyxels,
-                     std::vector<std::vector<std::uint32_t>>& out) {
+                     const Isometry& pose, std::vector<std::vector<std::uint32_t>>& out) {
     if (out.size() == regions.size()) return;
     out.assign(regions.size(), {});
     for (std::size_t r = 0; r < regions.size(); ++r)
         for (std::uint32_t i = 0; i < phyxels.size(); ++i)
-            if (regions[r].region(phyxels.rest_position[i])) out[r].push_back(i);
+            if (regions[r].region(pose * phyxels.rest_position[i])) out[r].push_back(i);
 }
 
 }  // namespace
@@ -66,13 +66,13 @@ std::vector<meshless::RigidKinematicTarget> BoundaryConditions::find_kinematic_r
 
 void BoundaryConditions::begin_step(const meshless::Phyxels& phyxels, double time, double dt,
                                     const Parallel& parallel) {
-    list_phyxels_of(constraints_, phyxels, constrained_);
+    list_phyxels_of(constraints_, phyxels, pose_, constrained_);
     held_.assign(phyxels.size(), 0);
     held_position_.resize(phyxels.size());
     parallel.for_each(phyxels.size(), 1024, [&](std::size_t i) { held_position_[i].setZero(); });
     for (std::size_t c = 0; c < constraints_.size(); ++c) {
         if (!constraints_[c].is_active(time)) continue;
-        const Isometry motion = constraints_[c].motion(time + dt);
+        const Isometry motion = constraints_[c].motion(time + dt) * pose_;
         for (const std::uint32_t i : constrained_[c]) {
             held_[i] = 1;
             held_position_[i] = motion * phyxels.rest_position[i];
@@ -87,7 +87,7 @@ std::span<const std::uint8_t> BoundaryConditions::held_among(std::span<const Vec
     for (const HoldConstraint& constraint : constraints_) {
         if (!constraint.is_active(time)) continue;
         parallel.for_each(rest_position.size(), 1024, [&](std::size_t i) {
-            if (constraint.region(rest_position[i])) held_among_[i] = 1;
+            if (constraint.region(pose_ * rest_position[i])) held_among_[i] = 1;
         });
     }
     return held_among_;
@@ -100,9 +100,9 @@ BoundaryConditions::HeldPoints BoundaryConditions::hold(std::span<const Vec3> re
     out.position.assign(rest_position.size(), Vec3::Zero());
     for (const HoldConstraint& constraint : constraints_) {
         if (!constraint.is_active(time)) continue;
-        const Isometry motion = constraint.motion(time + dt);
+        const Isometry motion = constraint.motion(time + dt) * pose_;
         for (std::size_t i = 0; i < rest_position.size(); ++i) {
-            if (!constraint.region(rest_position[i])) continue;
+            if (!constraint.region(pose_ * rest_position[i])) continue;
             out.held[i] = 1;
             out.position[i] = motion * rest_position[i];
         }
@@ -114,13 +114,13 @@ void BoundaryConditions::add_handle_springs(const meshless::Phyxels& phyxels, do
                                             std::uint32_t part,
                                             std::vector<meshless::HandleSpring>& handle_springs,
                                             std::vector<double>& limits) {
-    list_phyxels_of(handles_, phyxels, handle_phyxels_);
+    list_phyxels_of(handles_, phyxels, pose_, handle_phyxels_);
     for (std::size_t h = 0; h < handles_.size(); ++h) {
         const Handle& handle = handles_[h];
         const auto limit_index = static_cast<std::uint32_t>(limits.size());
         limits.push_back(handle.limit);
         if (!handle.is_active(time)) continue;
-        const Isometry motion = handle.motion(time + dt);
+        const Isometry motion = handle.motion(time + dt) * pose_;
         double mass = 0;
         for (const std::uint32_t i : handle_phyxels_[h]) mass += phyxels.mass[i];
         if (!(mass > 0)) continue;

@@ -18,10 +18,10 @@ struct HandleSpring;
 
 namespace splitcubes::body {
 
-/// Prescribes the positions of the phyxels whose rest position is in a region: fixed, or along a path.
+/// Prescribes the positions of the phyxels that are in a region at time 0: fixed, or along a path.
 struct HoldConstraint {
-    std::function<bool(const Vec3& rest)> region;
-    /// World from rest for the held phyxels at a time, s; identity: fixed.
+    std::function<bool(const Vec3& at_start)> region;  // world at time 0
+    /// World from the world at time 0 for the held phyxels at a time, s; identity: fixed.
     std::function<Isometry(double time)> motion;
     double from = 0;       // s
     double until = 1e300;  // s
@@ -33,8 +33,8 @@ struct HoldConstraint {
 /// Attachment of a region of a body to a moving frame by springs of limited total force.
 struct Handle {
     std::string name;
-    std::function<bool(const Vec3& rest)> region;
-    /// World from rest of the grabbed region at a time, s.
+    std::function<bool(const Vec3& at_start)> region;  // world at time 0
+    /// World from the world at time 0 of the grabbed region at a time, s.
     std::function<Isometry(double time)> motion;
     double stiffness = 1000;  // N/m, sum over the region
     double limit = 1e300;     // N, maximum of the total force
@@ -48,6 +48,8 @@ struct Handle {
 /// The constraints and handles of one body, and the phyxels that they hold in a step.
 class BoundaryConditions {
   public:
+    /// pose: world at time 0 from rest space.
+    explicit BoundaryConditions(const Isometry& pose) : pose_(pose) {}
     void add_constraint(HoldConstraint constraint);
     void add_handle(Handle handle);
     /// Removes one; those behind it move up by one.
@@ -106,6 +108,7 @@ class BoundaryConditions {
     std::vector<meshless::RigidKinematicTarget> find_kinematic_rigid_pieces(const meshless::Phyxels& phyxels,
                                                                             double time, double dt) const;
 
+    Isometry pose_;  // world at time 0 from rest space
     std::vector<HoldConstraint> constraints_;
     std::vector<std::vector<std::uint32_t>> constrained_;  // per constraint: its phyxels; empty: dirty
     std::vector<std::uint8_t> held_;                       // per phyxel, of this step

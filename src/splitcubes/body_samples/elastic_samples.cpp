@@ -115,7 +115,16 @@ void ElasticSamples::place(const SampleContext& context, const SampleSettings& s
     meshless::apply(lumping, context.material.density, phyxels);
     context.parallel.begin(body + ": gradients");
     neighbourhoods.rebuild(phyxels, pairs, context.material, context.parallel);
+    set_motion(context, settings);
+    initial_count = phyxels.size();
+}
 
+// Moves the phyxels to the pose and gives them their velocities.
+void ElasticSamples::set_motion(const SampleContext& context, const SampleSettings& settings) {
+    for (std::size_t i = 0; i < phyxels.size(); ++i) {
+        phyxels.position[i] = phyxels.previous_position[i] = context.pose * phyxels.rest_position[i];
+        phyxels.deformation[i] = phyxels.rotation[i] = context.pose.linear();
+    }
     const Vec3 centre = meshless::total_momenta(phyxels).centre;
     for (std::size_t i = 0; i < phyxels.size(); ++i) {
         phyxels.velocity[i] =
@@ -123,7 +132,6 @@ void ElasticSamples::place(const SampleContext& context, const SampleSettings& s
         phyxels.previous_velocity[i] = phyxels.velocity[i];
     }
     previous_deformation = phyxels.deformation;
-    initial_count = phyxels.size();
 }
 
 // Sets the contact radius of phyxels to their distance from the boundary, so that a phyxel touches the

@@ -33,6 +33,7 @@ struct SampleContext {
     const geometry::OccluderGrid& occluders;
     const MaterialNodes& nodes;
     const meshless::Material& material;
+    const Isometry& pose;  // world at time 0 from rest space
     const Parallel& parallel;
 };
 
@@ -41,8 +42,8 @@ struct SampleSettings {
     std::string body;                      // its name, for messages
     double spacing = 0;                    // m; 0: chosen to match count
     int count = 0;                         // target; used only if no spacing is given
-    Vec3 velocity = Vec3::Zero();          // m/s
-    Vec3 angular_velocity = Vec3::Zero();  // rad/s, about the centre of mass
+    Vec3 velocity = Vec3::Zero();          // m/s, world
+    Vec3 angular_velocity = Vec3::Zero();  // rad/s, world, about the centre of mass
 };
 
 /// Phyxels, the pairs of them that are within reach, their visibility past the surface, and the mass lumped
@@ -93,6 +94,7 @@ struct ElasticSamples {
     void load(const SampleContext& context, StateReader& reader);
 
   private:
+    void set_motion(const SampleContext& context, const SampleSettings& settings);
     void set_contact_radii(const SampleContext& context);
     void evaluate_pairs(const SampleContext& context, std::span<const std::uint32_t> requested);
     void save_phyxels(const splitting::NodeGrid& grid, const meshless::Material& material,

@@ -118,7 +118,7 @@ Resampler::NodeState Resampler::motion_of(std::uint32_t node, std::int32_t side)
         if (!(sum.weight > 0)) sum = sum_over(visible, visible_weight, own_side);
         if (!(sum.weight > 0)) sum = sum_over(lumped, lumped_weight, own_side);
     }
-    if (!(sum.weight > 0)) return NodeState{rest, Mat3::Identity()};
+    if (!(sum.weight > 0)) return NodeState{context_.pose * rest, context_.pose.linear()};
     sum.position /= sum.weight;
     sum.jacobian /= sum.weight;
     sum.velocity /= sum.weight;

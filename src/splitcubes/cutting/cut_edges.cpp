@@ -118,16 +118,14 @@ Vec3 world_normal(const Hit& hit, const MovingSegment& edge, Vec3& last_normal) 
     return last_normal.squaredNorm() > 0 ? last_normal : separating_normal(direction, along_edge);
 }
 
-// Returns a world normal transformed to rest space: the plane n . dx = 0 in the world is (J^T n) . dX = 0 at
-// rest.
+}  // namespace
+
 Vec3 pulled_back(const Mat3& world_from_rest, const Vec3& normal) {
     const Vec3 rest = world_from_rest.transpose() * normal;
     const double length = rest.stableNorm();
     if (!(length > 0) || !std::isfinite(length)) return normal;
     return (rest / length).normalized();
 }
-
-}  // namespace
 
 std::vector<EdgeCut> cut_edges(std::span<const SweptBlade> swept, std::span<const CandidateEdge> candidates,
                                Vec3& last_normal, const Parallel& parallel) {

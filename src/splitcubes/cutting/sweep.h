@@ -46,6 +46,10 @@ struct EdgeCut {
     double time;       // fraction of the whole interval, [0, 1]
 };
 
+/// Returns a world normal transformed to rest space, unit: the plane n . dx = 0 in the world is (J^T n) . dX
+/// = 0 at rest.
+Vec3 pulled_back(const Mat3& world_from_rest, const Vec3& normal);
+
 /// Returns the first hit of each edge that is hit, sorted by id. The cut's normal is the blade's direction x
 /// its velocity relative to the edge at the hit, transformed to rest space by the transposed Jacobian. If the
 /// blade does not move across itself relative to the edge, the stroke's last normal is used, and if that is

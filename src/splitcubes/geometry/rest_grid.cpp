@@ -1,6 +1,7 @@
 #include <splitcubes/core/error.h>
 #include <splitcubes/core/plain_number.h>
 #include <splitcubes/geometry/rest_grid.h>
+#include <splitcubes/geometry/shape_frame.h>
 
 #include <algorithm>
 #include <cmath>
@@ -52,6 +53,13 @@ double cell_size_for(const Box& box, int cells) {
     const double longest = box.size().maxCoeff();
     if (!(longest > 0)) throw InputError("mesh", "has no extent", "give a mesh that encloses volume");
     return longest / cells;
+}
+
+double cell_size_for(const TriangleMesh& mesh, int cells) {
+    const Mat3 mesh_axes = shape_frame(mesh).transpose();
+    Box bounds;
+    for (const Vec3& p : mesh.positions) bounds.add(mesh_axes * p);
+    return cell_size_for(bounds, cells);
 }
 
 }  // namespace splitcubes::geometry

@@ -3,6 +3,7 @@
 
 #include <splitcubes/geometry/box.h>
 #include <splitcubes/geometry/coordinate_limit.h>
+#include <splitcubes/geometry/triangle_mesh.h>
 #include <splitcubes/math/types.h>
 
 namespace splitcubes::geometry {
@@ -39,5 +40,7 @@ RestGrid grid_around(const Box& box, double cell_size);
 
 /// Returns the cell size for `cells` cells along the longest side of `box`.
 double cell_size_for(const Box& box, int cells);
+/// Returns the same for the bounds of a mesh along the axes that it follows (shape_frame).
+double cell_size_for(const TriangleMesh& mesh, int cells);
 
 }  // namespace splitcubes::geometry

@@ -94,4 +94,26 @@ inline constexpr double min_normal_length = 1e-9;
 
 }  // namespace affine_sums
 
+/// Axes that a shape follows (shape_frame.cpp).
+namespace shape_frame {
+
+/// Sum, 0.6 (sphere) to 1 (box), below which a shape follows no axes, 0.65 to 0.75: a long rod has 0.75.
+/// Larger keeps the mesh's axes for rods; smaller turns the grids of round bodies for little gain.
+inline constexpr double min_sum = 0.7;
+/// Gain of the sum, 1e-4 to 0.02, below which the mesh's axes stay: a box turned by an angle about one of its
+/// edges gains 4 times its square, in radians, times its share of turned faces. Larger leaves turned bars
+/// softer; smaller turns the grid for rounding.
+inline constexpr double min_gain = 0.002;
+/// Difference of sums, 1e-12 to 1e-6, below which two choices count as the same and the first is taken.
+inline constexpr double same_sum = 1e-9;
+/// Moment in a plane, 1e-14 to 1e-9, below which no direction in it is better than another.
+inline constexpr double min_moment = 1e-12;
+/// Rotation in a sweep, rad, at which the iteration ends, 1e-14 to 1e-9. Larger ends sooner, with less exact
+/// axes.
+inline constexpr double last_turn = 1e-13;
+/// Maximum number of sweeps, 10 to 100. Usually five suffice.
+inline constexpr int max_sweeps = 60;
+
+}  // namespace shape_frame
+
 }  // namespace splitcubes::geometry::tuning

@@ -1,5 +1,6 @@
 #include <splitcubes/math/state_numbers.h>
 #include <splitcubes/node_motion/node_motion.h>
+#include <splitcubes/node_motion/tuning.h>
 
 #include <algorithm>
 #include <limits>
@@ -36,37 +37,48 @@ std::vector<std::uint32_t> NodeMotion::track_ends(std::span<const GridEdge> edge
     return nodes;
 }
 
-std::vector<cutting::CandidateEdge> NodeMotion::candidate_edges(std::span<const GridEdge> edges,
-                                                                const TrackerContext& context) {
+cutting::CandidateEdge NodeMotion::candidate(const GridEdge& edge) const {
+    const auto a = static_cast<std::size_t>(tracker_.find(edge.node));
+    const auto b = static_cast<std::size_t>(tracker_.find(edge.upper()));
+    return {
+        splitting::edge_id(edge),
+        {frames_before_[a].position, frames_before_[b].position, frames_[a].position, frames_[b].position},
+        0.5 * (frames_[a].jacobian + frames_[b].jacobian)};
+}
+
+// Adds the way of an edge from the end of the last test to the start of its motion, if that is longer than a
+// tolerance, m.
+void NodeMotion::add_shifted(const cutting::CandidateEdge& moving, const GridEdge& edge, double tolerance,
+                             std::vector<cutting::CandidateEdge>& shifted) const {
+    const auto end_of_last = [&](const Vec3i& at, const Vec3& start) {
+        const auto node = static_cast<std::size_t>(tracker_.find(at));
+        return cut_step_[node] == step_count_ - 1 ? cut_position_[node] : start;
+    };
+    const Vec3 a = end_of_last(edge.node, moving.motion.a0), b = end_of_last(edge.upper(), moving.motion.b0);
+    const double squared = (a - moving.motion.a0).squaredNorm() + (b - moving.motion.b0).squaredNorm();
+    if (!(squared > tolerance * tolerance)) return;
+    shifted.push_back({moving.id, {a, b, moving.motion.a0, moving.motion.b0}, moving.world_from_rest});
+}
+
+NodeMotion::Candidates NodeMotion::candidate_edges(std::span<const GridEdge> edges,
+                                                   const TrackerContext& context) {
     const std::vector<std::uint32_t> nodes = track_ends(edges, context.grid);
     tracker_.refresh(context);
     cut_position_.resize(tracker_.size(), Vec3::Zero());
     cut_step_.resize(tracker_.size(), -2);
-    // An edge starts where the last step's test ended, so that intervals join without a gap. For nodes that
-    // the last step did not test, the start is evaluated from the previous state of the phyxels.
-    std::vector<std::uint32_t> not_tested;
-    for (const std::uint32_t node : nodes)
-        if (cut_step_[node] != step_count_ - 1) not_tested.push_back(node);
-    evaluate_some_before(context, not_tested, frames_before_);
+    evaluate_some_before(context, nodes, frames_before_);
     // Every awake node needs a frame, also those that the tracker has woken meanwhile.
     std::vector<std::uint32_t> needed = nodes;
     needed.insert(needed.end(), tracker_.fresh().begin(), tracker_.fresh().end());
     sort_unique(needed);
     evaluate_some_now(context, needed, frames_);
 
-    const auto start_of = [&](std::uint32_t node) {
-        return cut_step_[node] == step_count_ - 1 ? cut_position_[node] : frames_before_[node].position;
-    };
-    std::vector<cutting::CandidateEdge> out;
-    out.reserve(edges.size());
+    const double tolerance = tuning::cutting::rounding_share * context.grid.rest().cell_size;
+    Candidates out;
+    out.moving.reserve(edges.size());
     for (const GridEdge& edge : edges) {
-        const auto a = static_cast<std::uint32_t>(tracker_.find(edge.node));
-        const auto b = static_cast<std::uint32_t>(tracker_.find(edge.upper()));
-        cutting::CandidateEdge candidate;
-        candidate.id = splitting::edge_id(edge);
-        candidate.motion = {start_of(a), start_of(b), frames_[a].position, frames_[b].position};
-        candidate.world_from_rest = 0.5 * (frames_[a].jacobian + frames_[b].jacobian);
-        out.push_back(candidate);
+        out.moving.push_back(candidate(edge));
+        add_shifted(out.moving.back(), edge, tolerance, out.shifted);
     }
     for (const std::uint32_t node : nodes) {
         cut_position_[node] = frames_[node].position;

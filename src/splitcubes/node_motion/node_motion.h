@@ -33,9 +33,15 @@ class NodeMotion {
     std::vector<splitting::GridEdge> edges_near(const splitting::NodeGrid& grid,
                                                 std::span<const cutting::SweptBlade> blades,
                                                 const Parallel& parallel);
-    /// Returns the edges with their motion over the last interval. Tracks their nodes.
-    std::vector<cutting::CandidateEdge> candidate_edges(std::span<const splitting::GridEdge> edges,
-                                                        const TrackerContext& context);
+    struct Candidates {
+        std::vector<cutting::CandidateEdge> moving;  // all, over the last interval
+        /// Those whose start is not where the last interval ended, since their nodes follow other phyxels
+        /// now: from there to that start. Nothing must pass between two intervals.
+        std::vector<cutting::CandidateEdge> shifted;
+    };
+    /// Returns the edges with their motion, by the influences that their nodes have now at both ends of the
+    /// interval. So it does not depend on which edges were near a blade before. Tracks their nodes.
+    Candidates candidate_edges(std::span<const splitting::GridEdge> edges, const TrackerContext& context);
     /// Reports new crossings of the grid between inside nodes.
     virtual void edges_cut(const splitting::NodeGrid& grid, std::span<const std::int32_t> crossings) = 0;
     /// Refreshes the tracker and computes the present frames of all tracked nodes.
@@ -62,6 +68,9 @@ class NodeMotion {
     virtual void load_own(StateReader& reader, const TrackerContext& context) = 0;
     std::vector<std::uint32_t> track_ends(std::span<const splitting::GridEdge> edges,
                                           const splitting::NodeGrid& grid);
+    cutting::CandidateEdge candidate(const splitting::GridEdge& edge) const;
+    void add_shifted(const cutting::CandidateEdge& moving, const splitting::GridEdge& edge, double tolerance,
+                     std::vector<cutting::CandidateEdge>& shifted) const;
 
     NodeTracker tracker_;
     std::vector<geometry::Frame> frames_;         // per tracked node, now

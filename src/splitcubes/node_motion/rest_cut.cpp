@@ -113,17 +113,27 @@ std::vector<double> span_times(const cutting::Blade& blade) {
     return times;
 }
 
+void move(cutting::SweptBlade& part, const Isometry& to) {
+    part.bounds = {};
+    for (MovingSegment& s : part.segments) {
+        s = {to * s.a0, to * s.b0, to * s.a1, to * s.b1};
+        part.bounds.add(geometry::bounds_of(s));
+    }
+}
+
 }  // namespace
 
 std::vector<std::int32_t> cut_with_blade(NodeGrid& grid, const cutting::Blade& blade, std::int32_t cut_number,
-                                         const Parallel& parallel, const std::function<bool()>& stop) {
+                                         const Parallel& parallel, const std::function<bool()>& stop,
+                                         const Isometry& rest_from_world) {
     std::vector<std::int32_t> slots;
     Vec3 last_normal = Vec3::Zero();
     Candidates near(grid);
     const std::vector<double> times = span_times(blade);
     for (std::size_t k = 0; k + 1 < times.size(); ++k) {
         if (stop && stop()) break;
-        const std::vector<cutting::SweptBlade> swept = cutting::sweep(blade, times[k], times[k + 1]);
+        std::vector<cutting::SweptBlade> swept = cutting::sweep(blade, times[k], times[k + 1]);
+        for (cutting::SweptBlade& part : swept) move(part, rest_from_world);
         for (const cutting::SweptBlade& part : swept)
             for (const MovingSegment& segment : part.segments) near.add(segment);
         const std::vector<cutting::CandidateEdge> candidates = near.take();

@@ -14,19 +14,20 @@
 
 namespace splitcubes::body {
 
-/// Cuts every uncut edge between two inside nodes that the blade crosses while it is active; the blade's
-/// world is the grid's rest space. Returns the slots of the cut edges in the order of the spans (between two
-/// keyframes) in which they were cut, within a span by edge_id. If the blade crosses an edge several times,
-/// the first crossing counts.
+/// Cuts every uncut edge between two inside nodes that the blade crosses while it is active. Returns the
+/// slots of the cut edges in the order of the spans (between two keyframes) in which they were cut, within a
+/// span by edge_id. If the blade crosses an edge several times, the first crossing counts.
 ///
 /// The whole path is swept, so the result does not depend on time steps; further keyframes on the same
 /// straight path change crossings only by rounding. Work and memory are proportional to what the blade sweeps
 /// within the grid, not to the grid.
 ///
-/// stop: called before each span; cutting ends when it returns true.
+/// stop: called before each span; cutting ends when it returns true. rest_from_world: moves what the blade
+/// sweeps into rest space.
 std::vector<std::int32_t> cut_with_blade(splitting::NodeGrid& grid, const cutting::Blade& blade,
                                          std::int32_t cut_number, const Parallel& parallel,
-                                         const std::function<bool()>& stop = {});
+                                         const std::function<bool()>& stop = {},
+                                         const Isometry& rest_from_world = Isometry::Identity());
 
 /// Appends edge_id of the edges with an inside end, cut or not, that the swept blades cross. swept:
 /// consecutive parts of one interval, in the grid's rest space.

@@ -36,6 +36,8 @@ inline constexpr double node_hit_share = 1e-4;
 /// Component of a unit normal along an edge, 1e-9 to 1e-3, below which the edge lies in the cut. Larger takes
 /// slightly inclined edges for it; smaller decides by rounding.
 inline constexpr double in_plane_cosine = 1e-6;
+/// Cells, 1e-12 to 1e-6: shorter ways of an edge between two intervals are rounding errors.
+inline constexpr double rounding_share = 1e-9;
 /// Cells, size of boxes of a cut at rest that are not halved further; 1 to 8. Larger tests more edges,
 /// smaller halves more; affects time only.
 inline constexpr double rest_cut_leaf_size = 2;

@@ -57,7 +57,7 @@ std::optional<double> free_length(const body::Body& body) {
     for (const body::HoldConstraint& constraint : body.constraints()) {
         if (constraint.from > 0) continue;
         for (std::size_t i = 0; i < rest.size(); ++i)
-            if (constraint.region(rest[i])) is_held[i] = 1;
+            if (constraint.region(body.pose() * rest[i])) is_held[i] = 1;
     }
     std::vector<Vec3> held_positions;
     for (std::size_t i = 0; i < rest.size(); ++i)
@@ -108,13 +108,19 @@ geometry::Box bounds_of_body(const body::Body& body) {
     return out;
 }
 
-// Bounds the nodes of one grid that lie inside the other's solid, m.
-geometry::Box common_nodes(const splitting::NodeGrid& a, const splitting::NodeGrid& b,
-                           const geometry::Box& where) {
+// Bounds the nodes of one body's grid that lie inside the other's solid at time 0; m, world.
+geometry::Box common_nodes(const body::Body& of, const body::Body& with, const geometry::Box& where) {
     constexpr double max_nodes = tuning::advice::max_overlap_nodes;
+    const splitting::NodeGrid &a = of.grid(), &b = with.grid();
     const geometry::RestGrid& rest = a.rest();
-    const Vec3i low = rest.to_grid(where.min).array().floor().cast<int>().max(0);
-    const Vec3i high = rest.to_grid(where.max).array().ceil().cast<int>().min(rest.node_count.array() - 1);
+    const Isometry own = of.pose().inverse(), other_own = with.pose().inverse();
+    geometry::Box near;
+    for (int k = 0; k < 8; ++k)
+        near.add(own * Vec3((k & 1) != 0 ? where.max.x() : where.min.x(),
+                            (k & 2) != 0 ? where.max.y() : where.min.y(),
+                            (k & 4) != 0 ? where.max.z() : where.min.z()));
+    const Vec3i low = rest.to_grid(near.min).array().floor().cast<int>().max(0);
+    const Vec3i high = rest.to_grid(near.max).array().ceil().cast<int>().min(rest.node_count.array() - 1);
     const int stride = std::max(1, static_cast<int>(std::ceil(std::cbrt(
                                        (high - low + Vec3i::Ones()).cast<double>().prod() / max_nodes))));
     geometry::Box out;
@@ -122,8 +128,8 @@ geometry::Box common_nodes(const splitting::NodeGrid& a, const splitting::NodeGr
         for (int y = low[1]; y <= high[1]; y += stride)
             for (int x = low[0]; x <= high[0]; x += stride) {
                 if (!a.inside({x, y, z})) continue;
-                const Vec3 position = rest.node_position({x, y, z});
-                const Vec3i other = b.rest().to_grid(position).array().round().cast<int>();
+                const Vec3 position = of.pose() * rest.node_position({x, y, z});
+                const Vec3i other = b.rest().to_grid(other_own * position).array().round().cast<int>();
                 if (b.rest().contains(other) && b.inside(other)) out.add(position);
             }
     return out;
@@ -154,7 +160,7 @@ void note_body_overlaps(const body::World& world, Notes& notes) {
             const double cell =
                 std::max(bodies[a]->grid().rest().cell_size, bodies[b]->grid().rest().cell_size);
             if (both.size().minCoeff() < cell) continue;
-            const geometry::Box common = common_nodes(bodies[a]->grid(), bodies[b]->grid(), both);
+            const geometry::Box common = common_nodes(*bodies[a], *bodies[b], both);
             // Overlaps thinner than a cell may be discretisation error.
             if (common.empty() || common.size().minCoeff() < cell) continue;
             if (++found > tuning::advice::max_overlap_notes) continue;

@@ -21,7 +21,7 @@ namespace splitcubes::scene {
 
 namespace {
 
-io::Model own_model(const BodyDescription& body, BuildReport& report, const Parallel& parallel) {
+io::Model model_of_shape(const BodyDescription& body, BuildReport& report, const Parallel& parallel) {
     if (const auto* shape = std::get_if<MeshShape>(&body.shape)) {
         io::ReadMeshReport read;
         io::Model model = io::read_model(shape->file, &read);
@@ -36,8 +36,7 @@ io::Model own_model(const BodyDescription& body, BuildReport& report, const Para
 
 void add_constraint(const ConstraintDescription& c, body::Body& target, std::size_t constraint_index) {
     const auto region = region_test(c.region);
-    const auto& rest = target.phyxels().rest_position;
-    if (std::none_of(rest.begin(), rest.end(), region))
+    if (!target.has_phyxel_in(region))
         throw InputError("constraints[" + std::to_string(constraint_index) + "]",
                          "its region holds no phyxel of body '" + c.body + "'",
                          "make it larger, or the phyxel spacing smaller (now " +
@@ -55,8 +54,7 @@ void add_constraint(const ConstraintDescription& c, body::Body& target, std::siz
 
 void add_handle(const HandleDescription& h, std::span<const ToolDescription> tools, body::Body& target) {
     const auto region = region_test(h.region);
-    const auto& rest = target.phyxels().rest_position;
-    if (std::none_of(rest.begin(), rest.end(), region))
+    if (!target.has_phyxel_in(region))
         throw InputError("handle '" + h.name + "'", "its region holds no phyxel of body '" + h.body + "'",
                          "make it larger, or the phyxel spacing smaller (now " +
                              std::to_string(target.phyxel_spacing()) + " m)");
@@ -120,11 +118,12 @@ deformation::MakeDeformation deformation_of(const BodyDescription& b, const geom
     };
 }
 
-body::BodySettings body_settings(const BodyDescription& b, const io::Model& model,
-                                 const SceneDescription& scene) {
+// placed: the model, world at time 0; own: its mesh in its own frame.
+body::BodySettings body_settings(const BodyDescription& b, const io::Model& placed,
+                                 const geometry::TriangleMesh& own, const SceneDescription& scene) {
     body::BodySettings s;
     s.name = b.name;
-    s.cell_size = b.cell_size ? *b.cell_size : geometry::cell_size_for(model.mesh.bounds(), *b.cells);
+    s.cell_size = b.cell_size ? *b.cell_size : geometry::cell_size_for(own, *b.cells);
     s.phyxel_spacing = b.phyxel_spacing.value_or(0);
     s.phyxel_count = b.phyxel_count.value_or(0);
     s.material = material_of(b.material);
@@ -132,19 +131,30 @@ body::BodySettings body_settings(const BodyDescription& b, const io::Model& mode
     s.angular_velocity = b.angular_velocity;
     s.visibility.disk_size = scene.occlusion.disk_size;
     s.criterion = scene.occlusion.criterion;
-    if (b.deformation) s.deformation = deformation_of(b, model.mesh.bounds());
-    if (b.material.tearing) s.tearing = tear_settings(*b.material.tearing, model);
+    if (b.deformation) s.deformation = deformation_of(b, placed.mesh.bounds());
+    if (b.material.tearing) s.tearing = tear_settings(*b.material.tearing, placed);
     return s;
 }
 
-// Names the body in errors if the scene has several.
-const body::Body& add_body(body::World& world, const BodyDescription& b, const io::Model& model,
+void place(const Isometry& pose, geometry::TriangleMesh& mesh) {
+    for (Vec3& p : mesh.positions) p = pose * p;
+}
+
+// Places the model and adds a body of it. Names the body in errors if the scene has several.
+const body::Body& add_body(body::World& world, const BodyDescription& b, io::Model& model,
                            const SceneDescription& scene,
                            const decltype(body::BodySettings::make_visibility_backend)& make_opengl_backend) {
     try {
-        body::BodySettings settings = body_settings(b, model, scene);
+        geometry::TriangleMesh own = model.mesh;
+        const Isometry pose = pose_of(b.placement);
+        place(pose, model.mesh);
+        geometry::require_coordinates(model.mesh, "mesh");
+        body::BodySettings settings = body_settings(b, model, own, scene);
         if (scene.occlusion.backend == "opengl") settings.make_visibility_backend = make_opengl_backend;
-        return world.add_body(model.mesh, settings);
+        // A deformation is given in the world.
+        if (settings.deformation) return world.add_body(model.mesh, settings);
+        settings.pose = pose;
+        return world.add_body(own, settings);
     } catch (const InputError& error) {
         throw InputError("body '" + b.name + "'", error.what());
     }
@@ -183,10 +193,7 @@ geometry::TriangleMesh shape_mesh(const Shape& shape, const Parallel& parallel, 
 }
 
 Isometry collider_frame(const ColliderDescription& collider, double time) {
-    Isometry placed = Isometry::Identity();
-    placed.linear() = quaternion(collider.placement.rotation).toRotationMatrix();
-    placed.translation() = collider.placement.position;
-    return keyframe_motion(collider.keyframes, collider.pivot, time) * placed;
+    return keyframe_motion(collider.keyframes, collider.pivot, time) * pose_of(collider.placement);
 }
 
 geometry::TriangleMesh collider_mesh(const ColliderDescription& collider, const Parallel& parallel,
@@ -239,11 +246,22 @@ body::Collider make_solid_tool(const ToolDescription& tool, const Parallel& para
     return out;
 }
 
+io::Model own_model(const BodyDescription& body, BuildReport& report, const Parallel& parallel) {
+    io::Model model = model_of_shape(body, report, parallel);
+    for (Vec3& p : model.mesh.positions) p = body.placement.scale.cwiseProduct(p);
+    return model;
+}
+
+Isometry pose_of(const PlacementDescription& placement) {
+    Isometry out = Isometry::Identity();
+    out.linear() = quaternion(placement.rotation).toRotationMatrix();
+    out.translation() = placement.position;
+    return out;
+}
+
 io::Model placed_model(const BodyDescription& body, BuildReport& report, const Parallel& parallel) {
     io::Model model = own_model(body, report, parallel);
-    const Mat3 turn = quaternion(body.placement.rotation).toRotationMatrix();
-    for (Vec3& p : model.mesh.positions)
-        p = body.placement.position + turn * body.placement.scale.cwiseProduct(p);
+    place(pose_of(body.placement), model.mesh);
     return model;
 }
 
@@ -269,7 +287,7 @@ std::unique_ptr<body::World> build_world(
     for (const std::string& note : scene.deprecations) report.notes.push_back({scene.name, note});
     for (const BodyDescription& b : scene.bodies) {
         world->parallel().begin("body '" + b.name + "': shape");
-        io::Model model = placed_model(b, report, world->parallel());
+        io::Model model = own_model(b, report, world->parallel());
         world->parallel().begin("body '" + b.name + "': solid");
         const body::Body& made = add_body(*world, b, model, scene, make_opengl_backend);
         for (const std::string& note : made.solidify_report().notes) report.notes.push_back({b.name, note});

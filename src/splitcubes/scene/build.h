@@ -41,6 +41,11 @@ geometry::TriangleMesh collider_mesh(const ColliderDescription& collider,
 body::Collider make_collider(const ColliderDescription& collider, const Parallel& parallel,
                              BuildReport* report = nullptr);
 
+/// Returns the body's mesh with attributes and the scale of its placement, in its own frame. Reads mesh
+/// files.
+io::Model own_model(const BodyDescription& body, BuildReport& report, const Parallel& parallel = Parallel(1));
+/// Returns the rotation and the position of a placement: world at time 0 from the body's own frame.
+Isometry pose_of(const PlacementDescription& placement);
 /// Returns the body's mesh with attributes where the scene places it, world at time 0. Reads mesh files.
 io::Model placed_model(const BodyDescription& body, BuildReport& report,
                        const Parallel& parallel = Parallel(1));

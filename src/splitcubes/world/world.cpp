@@ -40,8 +40,8 @@ std::span<const TopologyChange> World::topology_changes() const {
     return topology_changes_;
 }
 
-Body& World::add_body(const geometry::TriangleMesh& placed, const BodySettings& settings) {
-    bodies_.push_back(std::make_unique<Body>(placed, settings, *parallel_));
+Body& World::add_body(const geometry::TriangleMesh& mesh, const BodySettings& settings) {
+    bodies_.push_back(std::make_unique<Body>(mesh, settings, *parallel_));
     return *bodies_.back();
 }
 

@@ -77,7 +77,8 @@ class World {
     World& operator=(World&&) noexcept;
     ~World();
 
-    Body& add_body(const geometry::TriangleMesh& placed, const BodySettings& settings);
+    /// mesh: in its own frame, which settings.pose places.
+    Body& add_body(const geometry::TriangleMesh& mesh, const BodySettings& settings);
     void add_collider(Collider collider) { colliders_.push_back(std::move(collider)); }
     /// Its crossings get the next cut number.
     void add_tool(cutting::Blade blade, std::vector<std::size_t> bodies = {}, const BladeSides& sides = {});

@@ -32,7 +32,7 @@ TEST_F(Films, OfThePastHaveAPictureATwoSteps) {
     }
     ASSERT_EQ(film.make(file, timeline.states(), session->viewer, width, height, Quality::quick), "");
     EXPECT_EQ(film.total(), 6U);
-    EXPECT_NE(film.record(file, width, height), "") << "one at a time";
+    EXPECT_NE(film.record(file, session->viewer, width, height), "") << "one at a time";
     std::string end;
     while (film.is_making()) end = film.advance();
     EXPECT_EQ(end, "saved " + file + ", 6 pictures");
@@ -43,22 +43,25 @@ TEST_F(Films, OfWhatComesEndWhenTheyAreStopped) {
     if (!has_encoder()) GTEST_SKIP() << "there is no ffmpeg";
     FilmMaker film(*context);
     const std::string file = folder.path / "coming.mp4";
-    ASSERT_EQ(film.record(file, width + 1, height, Quality::quick), "");
+    ASSERT_EQ(film.record(file, session->viewer, width + 1, height, Quality::quick), "");
     session->key("space");
     for (int k = 0; k < 8; ++k) {
         session->frame();
         film.observe(session->viewer);
     }
     EXPECT_TRUE(film.is_recording());
-    EXPECT_EQ(film.stop(), "saved " + file + ", 4 pictures");
+    EXPECT_EQ(film.stop(), "saved " + file + ", 5 pictures");
     EXPECT_GT(std::filesystem::file_size(file), 1000U);
     EXPECT_EQ(film.stop(), "");
+    // However soon it ends.
+    ASSERT_EQ(film.record(file, session->viewer, width, height, Quality::quick), "");
+    EXPECT_EQ(film.stop(), "saved " + file + ", 1 picture");
 }
 
 TEST_F(Films, WrongNamesAreALine) {
     FilmMaker film(*context);
-    EXPECT_NE(film.record(folder.path / "film.docx", width, height), "");
-    EXPECT_NE(film.record("/nowhere/film.mp4", width, height), "");
+    EXPECT_NE(film.record(folder.path / "film.docx", session->viewer, width, height), "");
+    EXPECT_NE(film.record("/nowhere/film.mp4", session->viewer, width, height), "");
     EXPECT_FALSE(film.is_recording());
 }
 

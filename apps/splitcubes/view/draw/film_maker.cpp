@@ -64,11 +64,15 @@ std::string FilmMaker::make(const std::string& file, std::vector<State> states, 
     return {};
 }
 
-std::string FilmMaker::record(const std::string& file, int width, int height, Quality quality) {
+std::string FilmMaker::record(const std::string& file, const Viewer& viewer, int width, int height,
+                              Quality quality) {
+    if (!viewer.state() || viewer.state()->bodies.empty())
+        return "there is nothing to film yet: open a scene or a mesh first";
     const std::string problem = start(file, width, height, quality);
     if (!problem.empty()) return problem;
     frames_.clear();
     is_recording_ = true;
+    observe(viewer);
     return {};
 }
 
@@ -106,7 +110,7 @@ std::string FilmMaker::stop() {
     if (out.empty()) try {
             video_->finish();
             out = "saved " + std::filesystem::absolute(file_).lexically_normal().string() + ", " +
-                  std::to_string(done_) + " pictures";
+                  std::to_string(done_) + (done_ == 1 ? " picture" : " pictures");
         } catch (const std::exception& error) {
             out = error.what();
         }

@@ -24,8 +24,9 @@ class FilmMaker {
     /// empty: nothing.
     std::string make(const std::string& file, std::vector<State> states, const Viewer& viewer, int width,
                      int height, Quality quality = Quality::fine);
-    /// Begins a film of the states that are observed from now on.
-    std::string record(const std::string& file, int width, int height, Quality quality = Quality::fine);
+    /// Begins a film of the state that the viewer shows and of those that are observed from now on.
+    std::string record(const std::string& file, const Viewer& viewer, int width, int height,
+                       Quality quality = Quality::fine);
     /// Draws a picture of a film of states. Returns the line that tells the user of its end; empty before.
     std::string advance();
     /// Adds the state that a viewer shows, as often as its time asks for.

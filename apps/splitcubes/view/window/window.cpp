@@ -494,7 +494,7 @@ void Session::record_film(const std::string& file) {
     std::string name = file;
     for (int k = 1; name.empty() || (file.empty() && std::filesystem::exists(name)); ++k)
         name = "splitcubes-film-" + std::to_string(k) + ".mp4";
-    const std::string problem = film_.record(name, width, height, film_quality());
+    const std::string problem = film_.record(name, viewer_, width, height, film_quality());
     if (!problem.empty()) viewer_.notify(problem);
 }
 

@@ -130,12 +130,17 @@ body::BodySettings place_body(io::Model& model, const BodySettings& s) {
     if (s.cell_size == 0 && (s.cells < 1 || s.cells > geometry::max_cells_per_axis))
         throw InputError(where + ", cells", "out of range (" + std::to_string(s.cells) + ")",
                          "give 1 to 1024");
-    const Isometry placed = isometry_of(s.placement, where + ", placement");
-    for (Vec3& p : model.mesh.positions) p = placed * Vec3(s.scale * p);
-    geometry::require_coordinates(model.mesh, where);
     body::BodySettings out;
+    out.pose = isometry_of(s.placement, where + ", placement");
+    geometry::TriangleMesh placed = model.mesh;
+    for (std::size_t k = 0; k < placed.positions.size(); ++k) {
+        model.mesh.positions[k] *= s.scale;
+        placed.positions[k] = out.pose * model.mesh.positions[k];
+    }
+    geometry::require_coordinates(model.mesh, where);
+    geometry::require_coordinates(placed, where);
     out.name = s.name;
-    out.cell_size = s.cell_size > 0 ? s.cell_size : geometry::cell_size_for(model.mesh.bounds(), s.cells);
+    out.cell_size = s.cell_size > 0 ? s.cell_size : geometry::cell_size_for(model.mesh, s.cells);
     out.phyxel_count = s.phyxel_count;
     require_at_least_zero(s.phyxel_spacing, where + ", phyxel spacing");
     out.phyxel_spacing = s.phyxel_spacing;

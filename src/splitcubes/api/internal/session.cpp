@@ -43,13 +43,16 @@ void remove_of(List& list, BodyId body) {
 
 }  // namespace
 
-std::shared_ptr<const BodySource> make_source(io::Model placed, body::BodySettings settings) {
+std::shared_ptr<const BodySource> make_source(io::Model model, body::BodySettings settings) {
     std::shared_ptr<const geometry::AttributeTransfer> transfer;
-    if (!placed.attributes.empty())
-        transfer = std::make_shared<geometry::AttributeTransfer>(placed.mesh, placed.attributes,
-                                                                 0.5 * settings.cell_size);
+    if (!model.attributes.empty()) {
+        geometry::TriangleMesh placed = model.mesh;
+        for (Vec3& p : placed.positions) p = settings.pose * p;
+        transfer =
+            std::make_shared<geometry::AttributeTransfer>(placed, model.attributes, 0.5 * settings.cell_size);
+    }
     return std::make_shared<BodySource>(
-        BodySource{std::move(placed), std::move(settings), std::move(transfer)});
+        BodySource{std::move(model), std::move(settings), std::move(transfer)});
 }
 
 std::shared_ptr<const geometry::SignedDistance> make_solid(const ShapeSource& shape, const std::string& where,
@@ -150,8 +153,7 @@ void Session::remove_body(BodyId id) {
 void Session::require_sample(BodyId id, const std::function<bool(const Vec3&)>& region,
                              const std::string& where) {
     const body::Body& of = body(id);
-    const auto& rest = of.phyxels().rest_position;
-    if (std::none_of(rest.begin(), rest.end(), region))
+    if (!of.has_phyxel_in(region))
         throw InputError(where, "its region holds no elastic sample of body '" + of.name() + "'",
                          "make it larger, or the body of more samples");
 }

@@ -19,11 +19,11 @@ namespace splitcubes::api {
 
 /// Source of a body; all states that have the body share it.
 struct BodySource {
-    io::Model model;  // placed
+    io::Model model;  // in its own frame
     body::BodySettings settings;
     std::shared_ptr<const geometry::AttributeTransfer> transfer;  // none: the model has no attributes
 };
-std::shared_ptr<const BodySource> make_source(io::Model placed, body::BodySettings settings);
+std::shared_ptr<const BodySource> make_source(io::Model model, body::BodySettings settings);
 
 /// Poses as they came; the world's things read them where they are.
 using Track = std::shared_ptr<SampledMotion>;

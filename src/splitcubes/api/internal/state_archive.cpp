@@ -67,15 +67,18 @@ void id_of(A& a, Id<Tag>& id) {
 }
 
 template <class A>
+void pose(A& a, Isometry& frame) {
+    for (int k = 0; k < 12; ++k) a.number(frame.matrix()(k / 4, k % 4));
+    require_state(frame.matrix().allFinite() && is_rotation(frame.linear(), 1e-6), "a pose that is none");
+}
+
+template <class A>
 void motion(A& a, SampledMotion& samples) {
     std::vector<double> times = samples.times();
     numbers(a, times);
     std::vector<Isometry> frames = samples.frames();
     frames.resize(times.size(), Isometry::Identity());
-    for (Isometry& frame : frames) {
-        for (int k = 0; k < 12; ++k) a.number(frame.matrix()(k / 4, k % 4));
-        require_state(frame.matrix().allFinite() && is_rotation(frame.linear(), 1e-6), "a pose that is none");
-    }
+    for (Isometry& frame : frames) pose(a, frame);
     if constexpr (A::loads) {
         samples = {};
         require_state(!times.empty(), "a path without a pose");
@@ -146,6 +149,7 @@ void plasticity(A& a, std::optional<meshless::Plasticity>& p) {
 template <class A>
 void body_settings(A& a, body::BodySettings& s) {
     a.text(s.name);
+    pose(a, s.pose);
     for (double* value : {&s.cell_size, &s.phyxel_spacing, &s.material.density, &s.material.youngs_modulus,
                           &s.material.poisson_ratio, &s.material.mass_damping, &s.material.stiffness_damping,
                           &s.material.cutting_resistance})

@@ -157,7 +157,7 @@ void SurfaceStream::update_vertex(const body::Body& body, std::uint32_t vertex) 
     if (identity != 0 && identity != identity_[vertex]) fresh_.push_back(vertex);
     identity_[vertex] = identity;
     pieces_[vertex] = identity == 0 ? -1 : body.pieces().piece_of(body.grid(), body.surface().influence(v));
-    put(v.rest, vertex, rest_);
+    put(body.pose() * v.rest, vertex, rest_);
 }
 
 // Vertices far from a cut come off with their piece.
@@ -190,7 +190,8 @@ void SurfaceStream::update_attributes(const body::Body& body, const Parallel& pa
     for (const std::size_t slot : slots) {
         const auto first = static_cast<std::uint32_t>(part.mesh.positions.size());
         for (std::size_t k = 0; k < 3; ++k)
-            part.mesh.positions.push_back(body.surface().vertices()[triangles_[3 * slot + k]].rest);
+            part.mesh.positions.push_back(body.pose() *
+                                          body.surface().vertices()[triangles_[3 * slot + k]].rest);
         part.mesh.triangles.push_back({first, first + 1, first + 2});
         part.triangle_origin.push_back(static_cast<geometry::Origin>(origins_[slot]));
     }

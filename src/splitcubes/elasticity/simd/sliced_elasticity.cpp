@@ -1,5 +1,6 @@
 #include <splitcubes/elasticity/simd/sliced_elasticity.h>
 #include <splitcubes/elasticity/tuning.h>
+#include <splitcubes/math/decompose.h>
 
 #include <algorithm>
 #include <bit>
@@ -28,6 +29,38 @@ SliceState SlicedElasticity::arrays() {
     state.penalty = penalty_.data();
     state.fallback = fallback_.data();
     return state;
+}
+
+SliceState SlicedElasticity::arrays_of_tangents() {
+    SliceState state = arrays();
+    if (frame_.is_rotated) state.turn = frame_.turn.data();
+    return state;
+}
+
+// The mean of some rotations, the same for the same motion of the body at another place and orientation.
+void SlicedElasticity::choose_frame(const Configuration& configuration) {
+    const std::span<const Mat3> rotations = configuration.last_rotation;
+    frame_.world.setIdentity();
+    if (configuration.is_rotated && !rotations.empty()) {
+        const std::size_t stride =
+            (rotations.size() + tuning::links::frame_samples - 1) / tuning::links::frame_samples;
+        Mat3 sum = Mat3::Zero();
+        bool is_uniform = true;
+        for (std::size_t i = 0; i < rotations.size(); i += stride) {
+            sum += rotations[i];
+            is_uniform = is_uniform && rotations[i] == rotations[0];
+        }
+        frame_.world = is_uniform ? rotations[0] : rotation_of(sum, rotations[0]);
+        if (!frame_.world.allFinite()) frame_.world.setIdentity();
+    }
+    frame_.is_rotated = !frame_.world.isIdentity(0);
+    if (frame_.is_rotated) frame_.turn.resize(9 * stride());
+}
+
+// Writes the rotation of phyxel i in the world. Tangents are used in the world: their rounding errors change
+// how a solve converges, not its result.
+void SlicedElasticity::turn_to_world(std::size_t i) {
+    set_matrix(frame_.turn, i, frame_.world * (Mat3::Identity() + matrix_at(turn_, i)) - Mat3::Identity());
 }
 
 void SlicedElasticity::size_buffers(const Neighbourhoods& neighbourhoods, const Material& material) {
@@ -72,16 +105,21 @@ void SlicedElasticity::set_symmetric(FloatArray& array, std::size_t i, const Mat
         for (int c = r; c < 3; ++c, at += stride()) array[at] = static_cast<float>(matrix(r, c));
 }
 
-// Stores displacements relative to the first phyxel's as high + low, exact to about 48 bits.
+// Stores displacements relative to the first phyxel's, in the frame, as high + low, exact to about 48 bits.
 void SlicedElasticity::take_displacement(const Configuration& configuration, const Parallel& parallel) {
     const std::size_t rows = slices_->row_count(), n = stride();
     if (rows == 0) return;
-    const Vec3 first = configuration.position[0] - configuration.rest_position[0];
+    const Vec3 start = configuration.position[0], rest_start = configuration.rest_position[0];
+    const Vec3 first = start - rest_start;
+    const Mat3 to_frame = frame_.world.transpose();
     for_phyxels(parallel, rows, [&](std::size_t i) {
+        const Vec3 moved = frame_.is_rotated
+                               ? Vec3(to_frame * (configuration.position[i] - start) -
+                                      (configuration.rest_position[i] - rest_start))
+                               : Vec3(configuration.position[i] - configuration.rest_position[i] - first);
         for (int k = 0; k < 3; ++k) {
             const double u =
-                std::clamp(configuration.position[i][k] - configuration.rest_position[i][k] - first[k],
-                           -tuning::links::max_displacement, tuning::links::max_displacement);
+                std::clamp(moved[k], -tuning::links::max_displacement, tuning::links::max_displacement);
             const auto high = static_cast<float>(u);
             const std::size_t at = static_cast<std::size_t>(k) * n + i;
             high_[at] = high;
@@ -93,21 +131,23 @@ void SlicedElasticity::take_displacement(const Configuration& configuration, con
 // Computes F, R and tension of one phyxel in double precision. Returns false if they are not finite.
 bool SlicedElasticity::take_row(const Configuration& configuration, std::size_t i) {
     const Mat3 H = matrix_at(gradient_, i);
-    bool finite = complete_deformation(*neighbourhoods_, i, H, configuration.last_rotation[i],
-                                       deformation_[i], rotation_[i]);
+    Mat3 F, R;
+    bool finite = complete_deformation(*neighbourhoods_, i, H,
+                                       frame_.world.transpose() * configuration.last_rotation[i], F, R);
     const Mat3 plastic =
         resolved_plastic_strain(*neighbourhoods_, material_, i, configuration.plastic_strain);
-    Mat3 tension =
-        neighbourhoods_->volume()[i] * piola_stress(material_, deformation_[i], rotation_[i], plastic) -
-        neighbourhoods_->penalty()[i] * H * neighbourhoods_->moment()[i];
+    Mat3 tension = neighbourhoods_->volume()[i] * piola_stress(material_, F, R, plastic) -
+                   neighbourhoods_->penalty()[i] * H * neighbourhoods_->moment()[i];
     if (!tension.allFinite() || !(tension.cwiseAbs().sum() < 1e37)) {
         tension.setZero();
         finite = false;
     }
     set_matrix(tension_, i, tension);
-    twists_.distortion[i] = meshless::is_distorted(deformation_[i], rotation_[i]) ? 1.0F : 0.0F;
+    twists_.distortion[i] = meshless::is_distorted(F, R) ? 1.0F : 0.0F;
+    deformation_[i] = frame_.world * F;
+    rotation_[i] = frame_.world * R;
     if (corotated_) {
-        set_matrix(turn_, i, rotation_[i] - Mat3::Identity());
+        set_matrix(turn_, i, R - Mat3::Identity());
     } else {
         tangent_[i] = tangent(material_, deformation_[i], rotation_[i], plastic);
     }
@@ -123,12 +163,16 @@ void SlicedElasticity::take_rows(const Configuration& configuration, const Slice
             const std::size_t i = slice * lanes + static_cast<std::size_t>(std::countr_zero(fallback));
             if (i < slices_->row_count()) bad += !take_row(configuration, i);
         }
+    if (!frame_.is_rotated || !corotated_) return;
+    for (std::size_t i = range.begin * lanes; i < std::min(range.end * lanes, slices_->row_count()); ++i)
+        turn_to_world(i);
 }
 
 void SlicedElasticity::take_configuration(const Neighbourhoods& neighbourhoods, const Material& material,
                                           const Configuration& configuration, const Parallel& parallel) {
     size_buffers(neighbourhoods, material);
     assert(configuration.position.size() == neighbourhoods.size());
+    choose_frame(configuration);
     take_displacement(configuration, parallel);
     energy_is_taken_ = false;
 }
@@ -171,8 +215,8 @@ void SlicedElasticity::twists_of_slice(const TwistState& from, std::size_t slice
             gradient[k * lanes + i] = static_cast<float>(H(static_cast<int>(k / 3), static_cast<int>(k % 3)));
             turn[k * lanes + i] = static_cast<float>(Y(static_cast<int>(k / 3), static_cast<int>(k % 3)));
         }
-        const Mat3 next =
-            corotated_ ? matrix_at(turn_, first + i) : Mat3(rotation_[first + i] - Mat3::Identity());
+        const Mat3 next = corotated_ ? matrix_at(frame_.is_rotated ? frame_.turn : turn_, first + i)
+                                     : Mat3(rotation_[first + i] - Mat3::Identity());
         stretch[i] = static_cast<float>(0.5 * (next - Y).squaredNorm());
     }
     const Lame lame{static_cast<float>(material_.lame_mu()), static_cast<float>(material_.lame_lambda())};
@@ -233,8 +277,8 @@ void SlicedElasticity::take_twists(const TwistState& from, const Parallel& paral
 
 Mat3 SlicedElasticity::stress_change(std::size_t i, const Mat3& dF, double twist_share) const {
     if (!corotated_) return meshless::stress_change(material_, tangent_[i], dF, twist_share);
-    return meshless::stress_change(material_, Mat3::Identity() + matrix_at(turn_, i), twist(i), dF,
-                                   is_majorizer(i) ? 1 : twist_share);
+    const Mat3 R = Mat3::Identity() + matrix_at(frame_.is_rotated ? frame_.turn : turn_, i);
+    return meshless::stress_change(material_, R, twist(i), dF, is_majorizer(i) ? 1 : twist_share);
 }
 
 Mat3 SlicedElasticity::twist(std::size_t i) const {
@@ -256,6 +300,9 @@ void SlicedElasticity::read_deformation(std::span<Mat3> deformation, std::span<M
         }
         deformation[i] = Mat3::Identity() + matrix_at(gradient_, i);
         rotation[i] = Mat3::Identity() + matrix_at(turn_, i);
+        if (!frame_.is_rotated) return;
+        deformation[i] = frame_.world * deformation[i];
+        rotation[i] = frame_.world * rotation[i];
     });
 }
 
@@ -305,7 +352,8 @@ void SlicedElasticity::add_off_plane_forces(float* force) const {
             const std::size_t i = slice * lanes + static_cast<std::size_t>(std::countr_zero(bits));
             if (!neighbourhoods_->has_neighbours_off_plane(i)) continue;
             const Vec3 dropped = neighbourhoods_->basis()[i].col(2);
-            const Vec3 turned = neighbourhoods_->penalty()[i] * (deformation_[i] * dropped - dropped);
+            const Vec3 turned = neighbourhoods_->penalty()[i] *
+                                (frame_.world.transpose() * deformation_[i] * dropped - dropped);
             for (std::uint32_t l = neighbourhoods_->links_begin(i); l < neighbourhoods_->links_end(i); ++l) {
                 const double off =
                     neighbourhoods_->weight()[l] * dropped.dot(neighbourhoods_->rest_edge()[l]);
@@ -322,6 +370,16 @@ const float* SlicedElasticity::forces(const Parallel& parallel) {
     for_slices(parallel, slice_count(),
                [&](const SliceRange& range) { force_pass(*slices_, range, arrays(), force_.data()); });
     add_off_plane_forces(force_.data());
+    if (frame_.is_rotated)
+        for_phyxels(parallel, slices_->row_count(), [&](std::size_t i) {
+            const std::size_t n = stride();
+            Vec3 own;
+            for (std::size_t k = 0; k < 3; ++k)
+                own[static_cast<int>(k)] = static_cast<double>(force_[k * n + i]);
+            const Vec3 world = frame_.world * own;
+            for (std::size_t k = 0; k < 3; ++k)
+                force_[k * n + i] = static_cast<float>(world[static_cast<int>(k)]);
+        });
     return force_.data();
 }
 
@@ -354,9 +412,9 @@ double SlicedElasticity::apply_stiffness(float factor, const float* diagonal, co
     assert(twist_share <= 1);
     for_slices(parallel, slice_count(), [&](const SliceRange& range) {
         if (weights)
-            weighted_direction_pass(*slices_, range, dx, arrays(), lame, twist_share);
+            weighted_direction_pass(*slices_, range, dx, arrays_of_tangents(), lame, twist_share);
         else
-            direction_pass(*slices_, range, dx, arrays(), corotated_, lame, twist_share);
+            direction_pass(*slices_, range, dx, arrays_of_tangents(), corotated_, lame, twist_share);
         if (!corotated_) change_stress(range, static_cast<double>(twist_share));
     });
     return sum_(parallel, slice_count(), slice_grain(slice_count()), [&](std::size_t begin, std::size_t end) {

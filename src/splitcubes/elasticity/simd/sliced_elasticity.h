@@ -13,9 +13,10 @@
 namespace splitcubes::meshless {
 
 /// Deformation, forces and stiffness. Strains and forces are single precision, positions and
-/// sums double: the error of a strain e is about 1e-7 where the body is rotated and 1e-7 e
-/// where it is not, independent of the body's size and position. At rest and under pure
-/// translation forces are exactly zero.
+/// sums double. Strains are computed relative to a rotated frame that follows the body, so the
+/// error of a strain e is about 1e-7 (e + r), where r is the rotation of the phyxel against
+/// the frame, rad, independent of the body's size, position and orientation. At rest and under
+/// pure translation forces are exactly zero.
 ///
 /// For corotated material without plasticity and volume stiffness, rotations are computed
 /// sixteen at a time by the Newton-Schulz iteration. Rows that are too distorted for it or
@@ -31,6 +32,7 @@ class SlicedElasticity {
         std::span<const Vec3> position;        // m, world
         std::span<const Mat3> last_rotation;   // for phyxels whose neighbours do not determine R
         std::span<const Mat3> plastic_strain;  // read only if the material has plasticity
+        bool is_rotated = true;                // the frame is the mean of last_rotation; false: the identity
     };
     /// Computes deformation, rotation, stress and tangents at a configuration. Returns the number of phyxels
     /// that were not finite; they keep their last rotation.
@@ -90,6 +92,9 @@ class SlicedElasticity {
 
   private:
     SliceState arrays();
+    SliceState arrays_of_tangents();
+    void choose_frame(const Configuration& configuration);
+    void turn_to_world(std::size_t i);
     void size_buffers(const Neighbourhoods& neighbourhoods, const Material& material);
     void take_displacement(const Configuration& configuration, const Parallel& parallel);
     void take_rows(const Configuration& configuration, const SliceRange& range, std::size_t& bad);
@@ -113,6 +118,13 @@ class SlicedElasticity {
         std::vector<double> exact, positive;  // N m, sums of each piece
     };
 
+    /// Rotated frame in which strains and forces are computed.
+    struct StrainFrame {
+        Mat3 world = Mat3::Identity();  // world from frame
+        bool is_rotated = false;        // `world` is not the identity
+        FloatArray turn;                // 9, R - I in the world; only if it is rotated
+    };
+
     const Neighbourhoods* neighbourhoods_ = nullptr;
     const LinkSlices* slices_ = nullptr;
     Material material_;
@@ -126,6 +138,7 @@ class SlicedElasticity {
     bool energy_is_taken_ = false;                    // row_energy_ and range_energy_ are of the last state
     std::vector<std::uint16_t> fallback_;             // per slice
     std::vector<Mat3> deformation_, rotation_;        // per phyxel, set for fallback rows
+    StrainFrame frame_;
     Twists twists_;
     std::vector<Tangent> tangent_;  // per phyxel, unless corotated_
     ChunkSumOf<double> sum_;
