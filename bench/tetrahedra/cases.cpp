@@ -282,7 +282,8 @@ std::vector<Case> validation_cases() {
     add_bars(cases, "cantilever", "m", {2, 3, 4, 6, 8}, length, cantilever);
     add_bars(cases, "tension", "m", {2, 3, 4, 6, 8}, length, tension);
     add_bars(cases, "torsion", "J", {2, 3, 4, 6, 8}, theory::twisted_length, torsion);
-    add_bars(cases, "rotated cantilever", "m", {3, 4, 6}, length, rotated_cantilever);
+    for (const char* test : {"rotated cantilever", "oblique lattice"})
+        add_bars(cases, test, "m", {3, 4, 6}, length, rotated_cantilever);
     add_bars(cases, "cantilever nu 0.49", "m", {4, 6, 8}, length, incompressible_cantilever);
     for (const int percent : {25, 50, 75})
         add_bars(cases, "notch " + std::to_string(percent) + " %", "m", {4, 6, 8}, length,
