@@ -4,11 +4,13 @@
 #include <splitcubes/core/error.h>
 #include <splitcubes/core/memory.h>
 #include <splitcubes/core/sha256.h>
+#include <splitcubes/core/state_stream.h>
 #include <splitcubes/io/atomic_file.h>
 #include <splitcubes/scene/inputs.h>
 #include <splitcubes/scene/parse.h>
 #include <splitcubes/scene/plain_json.h>
 #include <splitcubes/scene/resolve.h>
+#include <splitcubes/scene/world_course.h>
 #include <splitcubes/world/checkpoint.h>
 
 #include <algorithm>
@@ -51,7 +53,7 @@ std::string difference(const fs::path& checkpoint, const scene::SceneDescription
 }
 
 // Header before the state, so that another scene's checkpoint is detected before a world is built.
-constexpr std::string_view head_begin = "Splitcubes run 1, scene ", head_middle = ", frame ";
+constexpr std::string_view head_begin = "Splitcubes run 2, scene ", head_middle = ", frame ";
 constexpr std::size_t hash_digits = 64, frame_digits = 10;
 constexpr std::size_t head_size = head_begin.size() + hash_digits + head_middle.size() + frame_digits + 1;
 
@@ -98,10 +100,15 @@ void Checkpoints::begin(const body::World& world) {
     identity_ = essence_ + world.state_hash().text();
 }
 
-void Checkpoints::write(body::World& world, std::string_view metrics) const {
+void Checkpoints::write(body::World& world, const scene::WorldCourse& course,
+                        std::string_view metrics) const {
+    StateWriter notes;
+    notes.add_text(metrics);
+    course.save(notes);
     const auto frame = static_cast<std::uint64_t>(world.step_count());
-    io::write_file(folder_.add("checkpoint.bin"), checkpoint_head(sha256_of(essence_), frame) +
-                                                      body::encode_checkpoint(world, identity_, metrics));
+    io::write_file(folder_.add("checkpoint.bin"),
+                   checkpoint_head(sha256_of(essence_), frame) +
+                       body::encode_checkpoint(world, identity_, notes.take()));
 }
 
 SavedRun read_checkpoint(const fs::path& from) {
@@ -136,9 +143,19 @@ void Checkpoints::check(const SavedRun& saved, const fs::path& from) const {
                          "ask for more --frames");
 }
 
-RunOutput::Past Checkpoints::restore(body::World& world, const SavedRun& saved, const fs::path& from) const {
+RunOutput::Past Checkpoints::restore(body::World& world, scene::WorldCourse& course, const SavedRun& saved,
+                                     const fs::path& from) const {
     RunOutput::Past past;
-    past.metrics = body::restore_checkpoint(world, saved.state, identity_, from.string());
+    const std::string notes = body::restore_checkpoint(world, saved.state, identity_, from.string());
+    try {
+        StateReader reader(notes);
+        past.metrics = reader.text();
+        course.load(reader, world);
+        reader.finish();
+    } catch (const DamagedState& damaged) {
+        throw InputError(from.string(), std::string("is damaged: it holds ") + damaged.what(),
+                         "go back to an earlier checkpoint, or start again");
+    }
     past.frame = static_cast<int>(world.step_count());
     // The header has no checksum.
     if (static_cast<std::uint64_t>(past.frame) != saved.frame)

@@ -12,6 +12,10 @@
 #include <string>
 #include <string_view>
 
+namespace splitcubes::scene {
+class WorldCourse;
+}
+
 namespace splitcubes::app {
 
 /// Content of a checkpoint.
@@ -38,9 +42,9 @@ class Checkpoints {
 
     std::filesystem::path file() const { return folder_.path() / "checkpoint.bin"; }
     /// Replaces the file atomically: a complete one exists at any time.
-    void write(body::World& world, std::string_view metrics) const;
+    void write(body::World& world, const scene::WorldCourse& course, std::string_view metrics) const;
     /// saved: has passed check(). Throws InputError if the world differs from the one saved.
-    RunOutput::Past restore(body::World& world, const SavedRun& saved,
+    RunOutput::Past restore(body::World& world, scene::WorldCourse& course, const SavedRun& saved,
                             const std::filesystem::path& from) const;
 
   private:

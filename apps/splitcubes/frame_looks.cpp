@@ -19,6 +19,11 @@
 namespace splitcubes::app {
 
 FrameLooks::FrameLooks(const scene::SceneDescription& scene) : scene_(scene) {
+    find_regions();
+}
+
+void FrameLooks::find_regions() {
+    regions_.clear();
     const auto index_of = [&](const std::string& name) {
         std::size_t k = 0;
         while (k + 1 < scene_.bodies.size() && scene_.bodies[k].name != name) ++k;
@@ -34,7 +39,7 @@ FrameLooks::FrameLooks(const scene::SceneDescription& scene) : scene_(scene) {
                             {}});
     for (const scene::HandleDescription& h : scene_.handles)
         regions_.push_back({index_of(h.body), true, h.from_time, h.until_time.value_or(1e300), h.release_when,
-                            scene::region_test(h.region), scene::handle_motion(h, scene_.tools)});
+                            scene::region_test(h.region), scene::handle_motion(h, scene_)});
 }
 
 std::int32_t FrameLooks::body_of_vertex(const geometry::SurfaceMesh& surface, std::size_t vertex) const {
@@ -54,8 +59,9 @@ std::size_t FrameLooks::pieces_of(const std::string& body, const geometry::Surfa
 
 bool FrameLooks::acts(const Region& region, double time, const geometry::SurfaceMesh& surface) const {
     if (time < region.from || time >= region.until) return false;
-    return !region.release_when || pieces_of(region.release_when->body, surface) <
-                                       static_cast<std::size_t>(region.release_when->at_least);
+    return !region.release_when || region.release_when->body.empty() ||
+           pieces_of(region.release_when->body, surface) <
+               static_cast<std::size_t>(region.release_when->at_least);
 }
 
 const geometry::NearestPoint* FrameLooks::uncut_surface(std::size_t body) {

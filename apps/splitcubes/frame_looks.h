@@ -20,6 +20,8 @@ namespace splitcubes::app {
 class FrameLooks {
   public:
     explicit FrameLooks(const scene::SceneDescription& scene);
+    /// Takes the regions that are held and pulled from the scene as it is now.
+    void find_regions();
 
     render::SurfaceLooks of(const geometry::SurfaceMesh& surface, double time);
     /// Appends rods from the regions that handles pull to where they are pulled.
@@ -30,7 +32,7 @@ class FrameLooks {
         std::size_t body = 0;
         bool is_pulled = false;
         double from = 0, until = 1e300;  // s
-        std::optional<scene::PieceCondition> release_when;
+        std::optional<scene::Condition> release_when;
         std::function<bool(const Vec3&)> contains;  // rest
         std::function<Isometry(double)> motion;     // world from rest; of handles
     };

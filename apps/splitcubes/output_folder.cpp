@@ -52,8 +52,8 @@ bool is_content(const std::string& name) {
 bool is_run_file(const fs::path& name) {
     const std::string folder = name.parent_path().string(), file = name.filename().string();
     if (folder.empty())
-        return file == "scene.json" || file == "metrics.csv" || file == "summary.json" ||
-               file == "checkpoint.bin";
+        return file == "scene.json" || file == "scene_as_run.json" || file == "metrics.csv" ||
+               file == "summary.json" || file == "checkpoint.bin";
     if (folder == "surface")
         return is_frame(name, {".ply", ".obj", ".stl", ".glb", ".mtl"}) || is_picture_of_a_mesh(file);
     if (folder == "pictures") return is_frame(name, {".png"});

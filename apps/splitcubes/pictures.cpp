@@ -18,7 +18,8 @@ RunScene read_run_scene(const std::filesystem::path& folder) {
     if (!std::filesystem::exists(file))
         throw InputError(folder.string(), "holds no scene.json",
                          "give the folder that `splitcubes run` wrote");
-    RunScene out{scene::parse_scene_file(file)};
+    const std::filesystem::path as_run = folder / "scene_as_run.json";
+    RunScene out{scene::parse_scene_file(std::filesystem::exists(as_run) ? as_run : file)};
     for (scene::ToolDescription& tool : out.description.tools) {
         const auto* shape = tool.instrument ? std::get_if<scene::MeshInstrument>(&*tool.instrument) : nullptr;
         std::error_code error;
@@ -99,7 +100,7 @@ geometry::Box seen_box(const scene::SceneDescription& scene, const std::vector<g
 }
 
 PictureMaker::PictureMaker(const RunScene& scene, const std::vector<geometry::Box>& boxes)
-    : scene_(std::make_shared<const RunScene>(scene)), looks_(scene_->description) {
+    : scene_(std::make_shared<RunScene>(scene)), looks_(scene_->description) {
     std::string why_not;
     context_ = gl::HeadlessContext::create(&why_not);
     if (!context_) throw JobError("OpenGL cannot start: " + why_not);
@@ -122,8 +123,22 @@ PictureMaker::PictureMaker(const RunScene& scene, const std::vector<geometry::Bo
                                               static_cast<double>(wish.width) / wish.height, wish.up, 1.08);
     for (const scene::ColliderDescription& collider : description.colliders)
         colliders_.push_back(scene::collider_mesh(collider));
-    for (const scene::ToolDescription& tool : description.tools)
-        tools_.push_back({scene::make_blade(tool), scene::instrument_parts(tool), scene::shown_times(tool)});
+    make_tools();
+}
+
+void PictureMaker::make_tools() {
+    tools_.clear();
+    for (const scene::ToolDescription& tool : scene_->description.tools) {
+        const auto [known, is_new] = parts_.try_emplace(tool.name);
+        if (is_new) known->second = scene::instrument_parts(tool);
+        tools_.push_back({scene::make_blade(tool), known->second, scene::shown_times(tool)});
+    }
+}
+
+void PictureMaker::follow(const scene::SceneDescription& scene) {
+    scene_->description = scene;
+    looks_.find_regions();
+    make_tools();
 }
 
 void PictureMaker::add_colliders(render::DrawList& list, double time) const {

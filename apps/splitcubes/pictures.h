@@ -11,8 +11,10 @@
 #include <splitcubes/scene/instrument.h>
 
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <optional>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -22,8 +24,8 @@ struct RunScene {
     scene::SceneDescription description;
 };
 
-/// Reads the resolved scene from a run's folder, without the colliders whose meshes are missing. Throws
-/// InputError if there is none.
+/// Reads the resolved scene from a run's folder, as it ran where that is known, without the colliders whose
+/// meshes are missing. Throws InputError if there is none.
 RunScene read_run_scene(const std::filesystem::path& folder);
 
 /// Returns the time of a frame file, s, by its number.
@@ -44,6 +46,9 @@ class PictureMaker {
   public:
     /// Throws JobError if OpenGL cannot start.
     PictureMaker(const RunScene& scene, const std::vector<geometry::Box>& boxes);
+    /// Takes tools, colliders, constraints and handles from a variant of the scene that has some of its tools
+    /// and the same colliders; the camera stays.
+    void follow(const scene::SceneDescription& scene);
     render::Picture draw(const geometry::SurfaceMesh& surface, double time);
     /// Draws links under a translucent surface, less so at cut faces. Links that are partly occluded
     /// are thick, from blue (slightly) to red (entirely); the other links of their phyxels are thin and grey.
@@ -59,11 +64,14 @@ class PictureMaker {
     render::Picture lines_of(const Links& links, double time);
     void add_blades(render::DrawList& list, double time) const;
 
-    std::shared_ptr<const RunScene> scene_;
+    void make_tools();
+
+    std::shared_ptr<RunScene> scene_;
     FrameLooks looks_;
     std::vector<geometry::TriangleMesh> colliders_;  // own frames
     std::vector<DrawnTool> tools_;
-    double size_ = 1;  // m, of what is seen
+    std::map<std::string, std::vector<scene::InstrumentPart>> parts_;  // by the name of the tool
+    double size_ = 1;                                                  // m, of what is seen
     std::optional<gl::HeadlessContext> context_;
     std::optional<render::Renderer> renderer_;
     render::Camera camera_;

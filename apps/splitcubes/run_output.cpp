@@ -8,6 +8,7 @@
 #include <splitcubes/geometry/mesh_check.h>
 #include <splitcubes/io/atomic_file.h>
 #include <splitcubes/io/write_mesh.h>
+#include <splitcubes/scene/played_scene.h>
 #include <splitcubes/scene/resolve.h>
 
 #ifdef SPLITCUBES_WITH_RENDER
@@ -66,8 +67,9 @@ struct RunOutput::Pictures {
 };
 
 RunOutput::RunOutput(OutputFolder& folder, const scene::SceneDescription& description,
-                     const body::World& world, const std::vector<io::Model>& models, const Past& past)
-    : folder_(folder), description_(description), surfaces_(world, models, description) {
+                     const body::World& world, const scene::Course& course,
+                     const std::vector<io::Model>& models, const Past& past)
+    : folder_(folder), description_(description), course_(course), surfaces_(world, models, description) {
     write_json(folder_.add("scene.json"), scene::resolved_scene(description_, folder_.path()));
     if (description_.output.format == scene::SurfaceFormat::ply ||
         description_.output.format == scene::SurfaceFormat::obj)
@@ -132,8 +134,12 @@ void RunOutput::add_metrics(const body::StepReport& r, int frame) {
     metrics_ += row.str();
 }
 
-void RunOutput::write_metrics() const {
+void RunOutput::write_tables(int frame) const {
     io::write_file(folder_.add("metrics.csv"), metrics_);
+    if (course_.depends_on_state())
+        write_json(
+            folder_.add("scene_as_run.json"),
+            scene::resolved_scene(scene::played_scene(description_, course_, 0, frame), folder_.path()));
 }
 
 void RunOutput::write_frame(const body::World& world, const body::StepReport& report, int frame) {
@@ -150,6 +156,8 @@ void RunOutput::write_frame(const body::World& world, const body::StepReport& re
         if (description_.output.pictures) {
             if (!pictures_)
                 pictures_ = std::make_unique<Pictures>(RunScene{description_}, surface.mesh.bounds());
+            if (course_.depends_on_state())
+                pictures_->maker.follow(scene::played_scene(description_, course_, frame, frame));
             render::write_png(folder_.add("pictures/" + name + ".png"),
                               pictures_->maker.draw(surface, frame * description_.time_step));
         }
@@ -159,7 +167,7 @@ void RunOutput::write_frame(const body::World& world, const body::StepReport& re
     }
     seconds_.write += watch.seconds();
     // The table is rewritten as a whole, so not after every frame of a long run.
-    if (frame % 50 == 0) write_metrics();
+    if (frame % 50 == 0) write_tables(frame);
 }
 
 Json RunOutput::body_report(const body::Body& body) const {
@@ -175,7 +183,7 @@ Json RunOutput::body_report(const body::Body& body) const {
 }
 
 void RunOutput::finish(const body::World& world, int frames, bool interrupted) {
-    write_metrics();
+    write_tables(frames);
     Json summary;
     summary["scene"] = description_.name;
     summary["version"] = SPLITCUBES_VERSION;

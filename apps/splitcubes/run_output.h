@@ -15,6 +15,10 @@
 #include <utility>
 #include <vector>
 
+namespace splitcubes::scene {
+class Course;
+}
+
 namespace splitcubes::app {
 
 class RunOutput {
@@ -35,9 +39,9 @@ class RunOutput {
     static bool is_stale(const std::string& name, int past);
 
     /// Writes scene.json into the folder, which has been cleared. models: per body, from build_world; their
-    /// attributes are written with the surfaces.
+    /// attributes are written with the surfaces. course: of the scene; must outlive it.
     RunOutput(OutputFolder& folder, const scene::SceneDescription& description, const body::World& world,
-              const std::vector<io::Model>& models, const Past& past);
+              const scene::Course& course, const std::vector<io::Model>& models, const Past& past);
     ~RunOutput();
 
     /// Frame 0 is the state before the first step. Surfaces are written every nth frame, a row of metrics for
@@ -56,11 +60,13 @@ class RunOutput {
 
   private:
     void add_metrics(const body::StepReport& report, int frame);
-    void write_metrics() const;
+    /// Writes metrics.csv, and scene_as_run.json where the scene's course depends on the state.
+    void write_tables(int frame) const;
     Json body_report(const body::Body& body) const;
 
     OutputFolder& folder_;
     const scene::SceneDescription& description_;
+    const scene::Course& course_;
     std::string metrics_;
     Seconds seconds_;
     FlagCounts flags_;

@@ -15,8 +15,8 @@
 #include <splitcubes/core/stopwatch.h>
 #include <splitcubes/io/atomic_file.h>
 #include <splitcubes/scene/build.h>
-#include <splitcubes/scene/conditions.h>
 #include <splitcubes/scene/inputs.h>
+#include <splitcubes/scene/world_course.h>
 
 #include <algorithm>
 #include <iostream>
@@ -146,15 +146,19 @@ int simulate(const scene::SceneDescription& wanted, const RunOptions& options,
     scene::BuildReport built;
     const std::unique_ptr<body::World> world = make_world(description, built);
     const std::string first_state = world->state_hash().text();
-    if (replayed != nullptr) follow(*replayed, options.changed, *world);
+    scene::WorldCourse course(description, *world);
+    if (replayed != nullptr) {
+        follow(*replayed, options.changed, *world);
+        course.leave_motions();
+    }
 
     checkpoints.begin(*world);
     RunOutput::Past past;
-    if (!options.resume.empty()) past = checkpoints.restore(*world, saved, options.resume);
+    if (!options.resume.empty()) past = checkpoints.restore(*world, course, saved, options.resume);
     const InputCopies copies(description, built);
     description = begin_folder(folder, copies, past.frame, built.models);
     const scene::SceneDescription recorded = recorded_scene(options.record, description, copies);
-    RunOutput output(folder, description, *world, built.models, past);
+    RunOutput output(folder, description, *world, course.course(), built.models, past);
     output.seconds().setup = watch.lap();
     const Patience patience;
     if (past.frame < 0) output.write_frame(*world, body::StepReport{}, 0);
@@ -162,14 +166,14 @@ int simulate(const scene::SceneDescription& wanted, const RunOptions& options,
     Progress progress("run " + description.name, static_cast<std::size_t>(description.frames));
     int frame = std::max(past.frame, 0);
     while (frame < description.frames && !interrupted()) {
-        scene::release_by_conditions(description, *world);
+        course.advance(*world);
         const body::StepReport report = world->step();
         ++frame;
         idle_tools.observe(*world, report);
         output.seconds().simulate += report.total_seconds();
         output.write_frame(*world, report, frame);
         if (options.checkpoint_every > 0 && frame % options.checkpoint_every == 0)
-            checkpoints.write(*world, output.metrics());
+            checkpoints.write(*world, course, output.metrics());
         progress.show(static_cast<std::size_t>(frame),
                       std::to_string(frame) + " frames, " + std::to_string(report.totals.pieces) +
                           (report.totals.pieces == 1 ? " piece" : " pieces"));
@@ -183,7 +187,7 @@ int simulate(const scene::SceneDescription& wanted, const RunOptions& options,
     const std::string state = world->state_hash().text();
     std::cout << options.out << ": " << frame << " frames, state " << state << '\n';
     if (interrupted()) {
-        checkpoints.write(*world, output.metrics());
+        checkpoints.write(*world, course, output.metrics());
         std::cerr << "interrupted after frame " << frame << " of " << description.frames
                   << "; the files written are complete; go on with --resume " << checkpoints.file().string()
                   << '\n';

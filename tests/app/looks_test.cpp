@@ -106,7 +106,7 @@ TEST_F(Looks, ReplaysAndResumedRunsComeToTheSameBits) {
     write_text(in("released.json"), nlohmann::json::parse(text_of(looks_file), nullptr, true, true)
                                         .patch(nlohmann::json::parse(R"([
                  {"op": "add", "path": "/handles/0/release_when", "value": {"body": "block"}},
-                 {"op": "add", "path": "/handles/0/follow_tool", "value": "knife-1"},
+                 {"op": "add", "path": "/handles/0/relative_to", "value": "knife-1"},
                  {"op": "add", "path": "/tools/0/solid", "value": {"friction": 0.2}},
                  {"op": "add", "path": "/tools/0/repeat", "value": {"count": 2, "position": [0.04, 0, 0], "time": 0.05}},
                  {"op": "add", "path": "/contact", "value": {"pieces": true}}])"))
@@ -121,6 +121,34 @@ TEST_F(Looks, ReplaysAndResumedRunsComeToTheSameBits) {
     const Ended resumed = run({"run", "released.json", "-o", "rest", "--resume", "whole/checkpoint.bin"});
     EXPECT_EQ(resumed.code, 0) << resumed.err;
     EXPECT_THAT(resumed.out, HasSubstr(state));
+}
+
+// Tools that go along with the material, and a grip that starts when it is severed.
+TEST_F(Looks, WhatTheStateDecidesIsTheSameResumedReplayedAndDrawn) {
+    const std::string scene = SPLITCUBES_DOCS "/../scenes/carried_tools.json";
+    const Words coarse = {"--set", "bodies[0].cells=20", "bodies[0].phyxel_count=150"};
+    const auto with = [&](Words words) {
+        words.insert(words.end(), coarse.begin(), coarse.end());
+        return run(words);
+    };
+    const Ended whole = with({"run", scene, "-o", "whole", "--record", "motions.json"});
+    ASSERT_EQ(whole.code, 0) << whole.err;
+    const std::string state = whole.out.substr(whole.out.find("state"));
+    const Ended part = with({"run", scene, "-o", "part", "--frames", "70", "--checkpoint-every", "64"});
+    ASSERT_EQ(part.code, 0) << part.err;
+    const Ended resumed =
+        with({"run", scene, "-o", "rest", "--resume", "part/checkpoint.bin", "--record", "rest.json"});
+    EXPECT_THAT(resumed.out, HasSubstr(state)) << resumed.err;
+    EXPECT_EQ(text_of(in("rest.json")).substr(text_of(in("rest.json")).find("\"tracks\"")),
+              text_of(in("motions.json")).substr(text_of(in("motions.json")).find("\"tracks\"")));
+    const Ended replayed = run({"replay", "motions.json", "-o", "again"});
+    EXPECT_THAT(replayed.out, HasSubstr("the same state as recorded")) << replayed.err;
+    const auto as_run = nlohmann::json::parse(text_of(in("whole/scene_as_run.json")));
+    EXPECT_EQ(text_of(in("whole/scene_as_run.json")), text_of(in("rest/scene_as_run.json")));
+    ASSERT_EQ(as_run["tools"].size(), 2u);
+    EXPECT_GT(as_run["tools"][1]["shown_from"], 0.3) << "it waited";
+    EXPECT_GT(as_run["handles"][0]["from_time"], 0.3);
+    EXPECT_TRUE(as_run["tools"][0]["relative_to"].is_null());
 }
 
 }  // namespace

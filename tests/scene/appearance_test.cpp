@@ -107,13 +107,14 @@ TEST(Appearance, HandlesFollowToolsThatThereAre) {
     const auto scene = [](const std::string& name) {
         return R"({"bodies": [)" + box_body("") +
                R"(], "handles": [{"name": "h", "body": "a", "region": {"sphere":
-            {"center": [0, 0, 0], "radius": 1}}, "follow_tool": ")" +
+            {"center": [0, 0, 0], "radius": 1}}, "relative_to": ")" +
                name + R"("}], "tools": [{"name": "t",
             "blades": [{"straight": {"from": [0, 0, 0], "to": [0, 0, 1]}}],
             "motion": {"path": {"keyframes": [{"time": 0}]}}}]})";
     };
-    EXPECT_EQ(parse_looks(scene("t")).handles[0].follow_tool, "t");
-    EXPECT_THAT(looks_error(scene("u")), HasSubstr("\"u\", but no tool has that name; there are t"));
+    EXPECT_EQ(parse_looks(scene("t")).handles[0].relative_to->name, "t");
+    EXPECT_THAT(looks_error(scene("u")),
+                HasSubstr("\"u\", which names nothing that it can go along with; there are t, a"));
 }
 
 TEST(Appearance, ScalesAreOneNumberOrThree) {

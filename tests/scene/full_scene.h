@@ -11,13 +11,15 @@ inline constexpr const char* full_scene = R"json({
     {"name": "c1", "shape": {"box": {"size": [1, 2, 1]}}, "placement": {"position": [0, 1, 0]}, "rounding": 0.1,
      "keyframes": [{"time": 0.5, "position": [0, 0, 1]}], "pivot": [0, 1, 1], "friction": 0.3,
      "finish": {"kind": "wood", "colour": [0.5, 0.25, 0.125], "roughness": 0.75, "metalness": 0.25}},
-    {"name": "c2", "half_space": {"point": [0, 0, -1], "normal": [0, 0.1, 1]}}
+    {"name": "c2", "half_space": {"point": [0, 0, -1], "normal": [0, 0.1, 1]},
+     "relative_to": {"region": {"sphere": {"center": [0, 0, 0], "radius": 0.4}}, "body": "b"},
+     "start_when": {"time": 0.25}, "end_when": {"body": "b", "ended": "t5"}}
   ],
   "contact": {"pieces": true, "friction": 0.2},
   "handles": [
     {"name": "h1", "body": "a", "region": {"sphere": {"center": [0, 0, 0], "radius": 0.2}},
      "keyframes": [{"time": 0.5, "position": [0, 0, 1]}], "pivot": [0, 0, 1], "stiffness": 500, "force_limit": 3,
-     "from_time": 0.5, "until_time": 2, "release_when": {"body": "a", "at_least": 3}, "follow_tool": "t1"}
+     "from_time": 0.5, "until_time": 2, "start_when": {"ended": "t5"}, "release_when": {"body": "a", "at_least": 3}, "relative_to": {"tool": "t1"}}
   ],
   "bodies": [
     {"name": "a", "shape": {"box": {"size": [1, 2, 3]}},
@@ -55,7 +57,7 @@ inline constexpr const char* full_scene = R"json({
   ],
   "constraints": [
     {"body": "a", "region": {"box": {"min": [0, 0, 0], "max": [1, 1, 2]}}, "kind": "hold", "pivot": [0.1, 0.2, 0.3],
-     "from_time": 0.1, "until_time": 2.5, "release_when": {"body": "b"}},
+     "from_time": 0.1, "until_time": 2.5, "start_when": {"body": "a", "at_least": 4}, "release_when": {"body": "b"}},
     {"body": "b", "region": {"sphere": {"center": [0, 1, 0], "radius": 0.3}}, "kind": "move",
      "keyframes": [{"time": 0.25, "position": [1, 0, 0], "rotation": {"axis": [0, 1, 0], "angle_degrees": 12}},
                    {"time": 0.5}]},
@@ -75,6 +77,7 @@ inline constexpr const char* full_scene = R"json({
     {"name": "t2", "blades": [{"straight": {"from": [0, 0, 0], "to": [0, 1, 0]}}],
      "motion": {"circular": {"center": [0, 0, 1], "axis": [0, 0, -1], "radius": 0.4, "start_angle_degrees": 90,
                              "turns": -1.5, "from_time": 0.2, "until_time": 1.2, "turn_with_path": false}},
+     "relative_to": {"collider": "c2"}, "start_when": {"time": 0.5}, "end_when": {"ended": "t3"}, "shown_from": 0.25, "shown_until": 3,
      "instrument": {"wire": {"radius": 0.01, "grips": false}}},
     {"name": "t3", "blades": [{"arc": {"radius": 0.2, "start_angle_degrees": 0, "end_angle_degrees": 180}}],
      "motion": {"helix": {"center": [0, 0, 1], "axis": [0, 0, -1], "radius": 0.4, "start_angle_degrees": 90, "turns": 2,

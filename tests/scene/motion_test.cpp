@@ -1,9 +1,7 @@
 // Motions that a scene composes, and copies that it repeats.
-#include <splitcubes/body/body.h>
 #include <splitcubes/core/error.h>
 #include <splitcubes/core/random.h>
 #include <splitcubes/scene/build.h>
-#include <splitcubes/scene/conditions.h>
 #include <splitcubes/scene/motion.h>
 #include <splitcubes/scene/parse.h>
 
@@ -69,7 +67,7 @@ TEST(Motion, RelativeMotionsAreThoseInTheFrameOfTheOther) {
         parse_tools(moving_tool("p", straight_path, R"("relative_to": "s")") + "," + moving_tool("s", spin));
         FAIL() << "a tool that comes later was found";
     } catch (const InputError& error) {
-        EXPECT_THAT(error.what(), HasSubstr("no tool before this one has that name"));
+        EXPECT_THAT(error.what(), HasSubstr("tools and colliders must come before what goes along"));
     }
 }
 
@@ -157,36 +155,12 @@ TEST(Motion, CopiesOfABodyStandWhereTheirStepPutsThem) {
 TEST(Motion, AHandleGoesAlongWithItsTool) {
     const SceneDescription scene =
         parse_tools(moving_tool("t", straight_path),
-                    R"(, "handles": [{"name": "h", "body": "a", "from_time": 0.5, "follow_tool": "t",
+                    R"(, "handles": [{"name": "h", "body": "a", "from_time": 0.5, "relative_to": "t",
             "region": {"sphere": {"center": [0, 0, 0], "radius": 1}}}])");
-    const auto motion = handle_motion(scene.handles[0], scene.tools);
+    const auto motion = handle_motion(scene.handles[0], scene);
     const cutting::Blade blade = make_blade(scene.tools[0]);
     EXPECT_LT(distance(motion(0.5), Isometry::Identity()), 1e-12);
     EXPECT_LT(distance(motion(1.5) * blade.frame(0.5), blade.frame(1.5)), 1e-12);
-}
-
-// A bar hangs from its two ends; a blade parts it, and the condition lets one of them go.
-TEST(Conditions, AHoldEndsWhenTheBodyIsInTwo) {
-    const SceneDescription scene = parse_scene_text(
-        R"({"gravity": [0, 0, 0], "time_step": 0.02, "bodies": [{"name": "bar", "shape": {"box": {"size": [1, 0.2, 0.2]}},
-            "cells": 20, "phyxel_count": 60}],
-            "constraints": [{"body": "bar", "kind": "hold", "region": {"half_space": {"point": [-0.4, 0, 0],
-              "normal": [-1, 0, 0]}}, "release_when": {"body": "bar"}},
-              {"body": "bar", "kind": "hold", "region": {"half_space": {"point": [0.4, 0, 0], "normal": [1, 0, 0]}}}],
-            "tools": [{"name": "t", "blades": [{"straight": {"from": [0, -0.3, 0], "to": [0, 0.3, 0]}}],
-              "motion": {"path": {"keyframes": [{"time": 0, "position": [0.013, 0, 0.2]},
-                                                {"time": 0.1, "position": [0.013, 0, -0.2]}]}}}]})",
-        "x.json", "/");
-    BuildReport report;
-    const auto world = build_world(scene, std::make_shared<const Parallel>(1), report);
-    const body::Body& bar = *world->bodies()[0];
-    for (int k = 0; k < 12; ++k) {
-        release_by_conditions(scene, *world);
-        EXPECT_EQ(bar.constraints()[0].is_active(world->time()), bar.pieces().count() < 2) << k;
-        EXPECT_TRUE(bar.constraints()[1].is_active(world->time()));
-        world->step();
-    }
-    EXPECT_EQ(bar.pieces().count(), 2u);
 }
 
 }  // namespace

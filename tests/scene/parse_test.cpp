@@ -115,13 +115,19 @@ TEST(ParseScene, reads_every_field) {
                                                        Vec3(0.1, 0.2, 0.3),
                                                        0.1,
                                                        2.5,
-                                                       PieceCondition{"b", 2}}));
+                                                       Condition{"a", 4, {}, {}},
+                                                       Condition{"b", 2, {}, {}}}));
     const std::vector<MotionKeyframe> path = {{0.25, Vec3(1, 0, 0), {Vec3(0, 1, 0), 12}},
                                               {0.5, Vec3(0, 0, 0), {}}};
-    EXPECT_EQ(
-        s.constraints[1],
-        (ConstraintDescription{
-            "b", SphereRegion{Vec3(0, 1, 0), 0.3}, ConstraintKind::move, path, Vec3(0, 1, 0), 0, {}, {}}));
+    EXPECT_EQ(s.constraints[1], (ConstraintDescription{"b",
+                                                       SphereRegion{Vec3(0, 1, 0), 0.3},
+                                                       ConstraintKind::move,
+                                                       path,
+                                                       Vec3(0, 1, 0),
+                                                       0,
+                                                       {},
+                                                       {},
+                                                       {}}));
     EXPECT_EQ(s.constraints[2].region, Region(HalfSpaceRegion{Vec3(0, 0, 1), Vec3(0, 0, 2)}));
     EXPECT_EQ(s.constraints[2].pivot, Vec3(0, 0, 1));
     ASSERT_EQ(s.tools.size(), 7u);
@@ -423,9 +429,15 @@ TEST(ParsePath, reads_the_tools_of_a_scene) {
     nlohmann::ordered_json path;
     for (const auto& tool : json["tools"]) {
         path["tools"].push_back(tool);
-        path["tools"].back().erase("bodies");
+        for (const char* key : {"bodies", "start_when", "end_when"}) path["tools"].back().erase(key);
+        if (tool.value("name", "") == "t2") path["tools"].back().erase("relative_to");
     }
-    for (ToolDescription& tool : scene.tools) tool.bodies.clear();
+    for (ToolDescription& tool : scene.tools) {
+        tool.bodies.clear();
+        tool.relative_to.reset();
+        tool.start_when.reset();
+        tool.end_when.reset();
+    }
     EXPECT_EQ(parse_path_text(path.dump(), "path.json", SPLITCUBES_SCENES), scene.tools);
     path["name"] = "All";
     path["$schema"] = "schema.json";

@@ -226,9 +226,11 @@ TEST(Schema, unknown_keys_are_refused_in_every_object) {
 
 TEST(Schema, required_keys_are_those_of_the_parser) {
     // Required only in combination with other keys of the full scenes.
-    const std::set<std::string> conditional = {"constraint.keyframes", "camera.eye",          "camera.target",
-                                               "collider.shape",       "collider.half_space", "scene.tools",
-                                               "tool.instrument"};
+    const std::set<std::string> conditional = {
+        "constraint.keyframes", "camera.eye",     "camera.target",   "collider.shape",
+        "collider.half_space",  "scene.tools",    "tool.instrument", "carrier.tool",
+        "carrier.collider",     "carrier.body",   "condition.body",  "condition.ended",
+        "condition.time",       "scene.colliders"};
     for_each_property([&](const Json& scene, const Property& p) {
         if (!is_object_property(scene, p) || conditional.count(p.object + "." + p.key) > 0) return;
         const Json& object = p.object == "scene" ? schema() : schema()["$defs"][p.object];
@@ -253,7 +255,8 @@ TEST(Schema, defaults_are_those_of_the_parser) {
         if (!is_object_property(scene, p) || !p.reference.contains("default") || lists) return;
         // The resolved scene has copies and motions in place of what says how to make them.
         for (Pointer at = p.pointer; !at.empty(); at = at.parent_pointer())
-            if (scene[at].is_object() && (scene[at].contains("repeat") || scene[at].contains("relative_to")))
+            if (scene[at].is_object() &&
+                (scene[at].contains("repeat") || scene[at].value("relative_to", Json()).is_string()))
                 return;
         const Pointer parent = p.pointer.parent_pointer();
         // Its parent may have been erased already.

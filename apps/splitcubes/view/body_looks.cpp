@@ -4,6 +4,7 @@
 #include <splitcubes/geometry/attribute_transfer.h>
 #include <splitcubes/io/read_picture.h>
 #include <splitcubes/scene/build.h>
+#include <splitcubes/scene/course.h>
 #include <splitcubes/scene/strength.h>
 
 #include <algorithm>
@@ -77,14 +78,12 @@ BodyLooks::BodyLooks(const SceneSource& source, std::size_t body, const std::vec
         }
     }
     if (!scene.display.held) return;
-    for (const scene::ConstraintDescription& c : scene.constraints)
-        if (c.body == scene.bodies[body].name)
-            regions_.push_back({scene::region_test(c.region), c.from_time, c.until_time.value_or(1e300),
-                                c.release_when, 1.0F});
-    for (const scene::HandleDescription& h : scene.handles)
-        if (h.body == scene.bodies[body].name)
-            regions_.push_back({scene::region_test(h.region), h.from_time, h.until_time.value_or(1e300),
-                                h.release_when, -1.0F});
+    for (std::size_t k = 0; k < scene.constraints.size(); ++k)
+        if (scene.constraints[k].body == scene.bodies[body].name)
+            regions_.push_back({scene::region_test(scene.constraints[k].region), k, false});
+    for (std::size_t k = 0; k < scene.handles.size(); ++k)
+        if (scene.handles[k].body == scene.bodies[body].name)
+            regions_.push_back({scene::region_test(scene.handles[k].region), k, true});
     needs_rest_ = needs_rest_ || !regions_.empty();
 }
 
@@ -125,19 +124,17 @@ std::vector<float> BodyLooks::rest_and_depth(const SurfaceView& surface, bool al
     return rest_and_depth_;
 }
 
-std::vector<float> BodyLooks::marks(
-    const SurfaceView& surface, double time,
-    const std::function<std::size_t(const std::string&)>& number_of_pieces) const {
+std::vector<float> BodyLooks::marks(const SurfaceView& surface, double time,
+                                    const scene::Course& course) const {
     std::vector<float> out;
     for (const MarkedRegion& region : regions_) {
-        if (time < region.from || time >= region.until) continue;
-        if (region.release_when && number_of_pieces(region.release_when->body) >=
-                                       static_cast<std::size_t>(region.release_when->at_least))
-            continue;
+        const auto [from, until] = region.is_pulled ? course.handle_activity(region.index)
+                                                    : course.constraint_activity(region.index);
+        if (time < from || time >= until) continue;
         out.resize(surface.rest_positions.size() / 3, 0.0F);
         for (std::size_t v = 0; v < out.size(); ++v) {
             const Eigen::Map<const Vec3f> rest(surface.rest_positions.data() + 3 * v);
-            if (region.contains(rest.cast<double>())) out[v] = region.mark;
+            if (region.contains(rest.cast<double>())) out[v] = region.is_pulled ? -1.0F : 1.0F;
         }
     }
     // A state without marks removes those of the one before.

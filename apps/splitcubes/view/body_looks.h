@@ -12,6 +12,10 @@
 #include <string>
 #include <vector>
 
+namespace splitcubes::scene {
+class Course;
+}
+
 namespace splitcubes::view {
 
 /// The index of the material of cut faces; -1: there is none.
@@ -40,17 +44,15 @@ class BodyLooks {
     /// Rest position and depth below the uncut surface, four numbers a vertex slot; empty where nothing
     /// depends on them. Only the slots of the ranges are computed again, and those behind the former end.
     std::vector<float> rest_and_depth(const SurfaceView& surface, bool all);
-    /// Per vertex slot: 1 held, -1 pulled, 0 neither, now; empty where there is no region. number_of_pieces:
-    /// of a body by its name.
-    std::vector<float> marks(const SurfaceView& surface, double time,
-                             const std::function<std::size_t(const std::string&)>& number_of_pieces) const;
+    /// Per vertex slot: 1 held, -1 pulled, 0 neither, now; empty where there is no region. course: of the
+    /// scene.
+    std::vector<float> marks(const SurfaceView& surface, double time, const scene::Course& course) const;
 
   private:
     struct MarkedRegion {
         std::function<bool(const Vec3&)> contains;  // rest
-        double from, until;                         // s
-        std::optional<scene::PieceCondition> release_when;
-        float mark;
+        std::size_t index;                          // of the constraint or handle
+        bool is_pulled;
     };
     void read_pictures(const SceneSource& source, std::size_t body);
 

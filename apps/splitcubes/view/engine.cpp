@@ -104,6 +104,7 @@ void Engine::start() {
     curve_.clear();
     scene_forces_.clear();
     past_.kept.clear();
+    past_.undone.clear();
     initial_.clear();
     for (const auto& [index, value] : changed_) initial_[std::string(parameter_list()[index].name)] = value;
     statistics_ = {};
@@ -240,7 +241,10 @@ void Engine::carry_out(const Command& command) {
 
 // Undo goes back to before the stroke, blade and all.
 void Engine::begin_stroke(const Command& command) {
-    if (strokes_.empty() && !past_.is_shown) simulation_->mark_undo_point();
+    if (strokes_.empty() && !past_.is_shown) {
+        simulation_->mark_undo_point();
+        past_.undone.clear();
+    }
     log_.forget_undone();
     strokes_.begin(command, *simulation_, log_);
 }
@@ -333,11 +337,20 @@ double Engine::parameter_value(std::size_t index) const {
 
 // Gestures that are under way belong to the state that is left.
 bool Engine::travel(bool back) {
+    const auto here = driver_ ? std::make_shared<const SceneDriver>(*driver_) : nullptr;
     if (!(back ? simulation_->undo() : simulation_->redo())) {
         notify(back ? "there is nothing to undo" : "there is nothing to redo");
         return false;
     }
     back ? log_.go_back(simulation_->time()) : log_.go_forward(simulation_->time());
+    if (back) {
+        past_.undone.push_back(here);
+        if (driver_) driver_->go_back(*simulation_);
+    }
+    if (!back && !past_.undone.empty()) {
+        if (past_.undone.back()) driver_ = std::make_unique<SceneDriver>(*past_.undone.back());
+        past_.undone.pop_back();
+    }
     forget_gestures();
     return true;
 }

@@ -112,7 +112,6 @@ class Engine {
     BodyState body_state(std::size_t index);
     void add_samples(std::size_t index, const SurfaceView& surface, BodyState& out);
     void count_step();
-    std::size_t pieces_of(const std::string& body) const;
 
     std::unique_ptr<const SceneSource> source_;
     EngineSettings settings_;
@@ -135,8 +134,9 @@ class Engine {
     std::vector<RecordedCommand> recorded_;
     struct Past {
         std::deque<Kept> kept;
-        std::int64_t travels = 0;  // undos and redos
-        bool is_shown = false;     // for a moment
+        std::int64_t travels = 0;                                // undos and redos
+        std::vector<std::shared_ptr<const SceneDriver>> undone;  // of the states to redo, the next one last
+        bool is_shown = false;                                   // for a moment
     };
     Past past_;
     Field field_ = Field::none;

@@ -132,6 +132,7 @@ void Engine::resume_at(std::int64_t step) {
     const Kept from = past_.kept.back();
     become(from);
     simulation_->forget_history();
+    past_.undone.clear();
     log_.go_back(simulation_->time());
     log_.forget_undone();
     played_ = {};

@@ -69,12 +69,6 @@ void Engine::find_births(BodyRecord& record, const SurfaceView& surface, bool al
     }
 }
 
-std::size_t Engine::pieces_of(const std::string& body) const {
-    for (std::size_t k = 0; k < std::min(bodies_.size(), source_->bodies.size()); ++k)
-        if (source_->bodies[k].settings.name == body) return simulation_->piece_count(bodies_[k]);
-    return 0;
-}
-
 BodyState Engine::body_state(std::size_t index) {
     const BodyId body = bodies_[index];
     const SurfaceView surface = simulation_->surface(body);
@@ -94,8 +88,7 @@ BodyState Engine::body_state(std::size_t index) {
     out.palette = records_[index].palette;
     out.inside = inside_of(simulation_->material_names(body));
     out.finishes = records_[index].looks->finishes();
-    out.marks = records_[index].looks->marks(surface, simulation_->time(),
-                                             [&](const std::string& name) { return pieces_of(name); });
+    if (driver_) out.marks = records_[index].looks->marks(surface, simulation_->time(), driver_->course());
     out.pieces = simulation_->piece_count(body);
     if (index < source_->bodies.size()) out.name = source_->bodies[index].settings.name;
     find_bounds(out);
@@ -122,11 +115,13 @@ std::shared_ptr<PublishedState> Engine::publish() {
     out->step = step_;
     out->time = simulation_->time();
     for (std::size_t b = 0; b < bodies_.size(); ++b) out->bodies.push_back(body_state(b));
-    if (driver_) append_blades(*source_, out->time, out->blades);
-    if (driver_)
-        append_colliders(source_->description, driver_->collider_meshes(), out->time, out->colliders);
-    if (driver_) append_instruments(*source_, out->time, out->instruments);
-    if (driver_) driver_->append_rods(out->time, *simulation_, out->bodies, out->rods);
+    if (driver_) {
+        const scene::Course& course = driver_->course();
+        append_blades(*source_, course, out->time, out->blades);
+        append_colliders(source_->description, course, driver_->collider_meshes(), out->time, out->colliders);
+        append_instruments(*source_, course, out->time, out->instruments);
+        driver_->append_rods(out->time, out->bodies, out->rods);
+    }
     if (source_->description.ground) out->ground = source_->description.ground->height;
     out->camera = source_->description.camera;
     strokes_.append_blades(out->blades);

@@ -57,7 +57,9 @@ bool is_run(const fs::path& folder) {
            fs::is_regular_file(folder / "scene.json", ignored);
 }
 
-RunPlayer::RunPlayer(const fs::path& folder) : source_(open_run_scene(folder)) {
+RunPlayer::RunPlayer(const fs::path& folder)
+    : source_(open_run_scene(folder)),
+      course_(std::make_unique<const scene::Course>(source_.description, scene::Course::Bodies())) {
     for (const auto& entry : fs::directory_iterator(folder / "surface"))
         if (is_frame_file(entry.path())) files_.push_back(entry.path());
     if (files_.empty())
@@ -216,9 +218,9 @@ std::shared_ptr<PublishedState> RunPlayer::publish() {
         bodies.insert(body_of_triangle(surface, t));
     if (bodies.empty()) bodies.insert(0);
     for (const std::int32_t body : bodies) out->bodies.push_back(body_of(surface, body, bodies.size() == 1));
-    append_blades(source_, out->time, out->blades);
-    append_instruments(source_, out->time, out->instruments);
-    append_colliders(source_.description, collider_meshes_, out->time, out->colliders);
+    append_blades(source_, *course_, out->time, out->blades);
+    append_instruments(source_, *course_, out->time, out->instruments);
+    append_colliders(source_.description, *course_, collider_meshes_, out->time, out->colliders);
     if (source_.description.ground) out->ground = source_.description.ground->height;
     out->camera = source_.description.camera;
     out->title = source_.description.name;

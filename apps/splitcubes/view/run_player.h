@@ -14,6 +14,10 @@ class NearestPoint;
 struct SurfaceMesh;
 }  // namespace splitcubes::geometry
 
+namespace splitcubes::scene {
+class Course;
+}
+
 namespace splitcubes::view {
 
 /// Tells whether it is a folder that `splitcubes run` wrote.
@@ -46,6 +50,7 @@ class RunPlayer {
     const geometry::NearestPoint* uncut_surface(std::size_t body);
 
     SceneSource source_;
+    std::unique_ptr<const scene::Course> course_;
     std::vector<std::filesystem::path> files_;
     std::vector<std::shared_ptr<const geometry::TriangleMesh>> collider_meshes_;
     std::map<std::size_t, std::unique_ptr<const geometry::NearestPoint>> uncut_;

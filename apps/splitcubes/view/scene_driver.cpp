@@ -3,7 +3,6 @@
 #include "vectors.h"
 
 #include <splitcubes/core/error.h>
-#include <splitcubes/cutting/sweep.h>
 #include <splitcubes/scene/build.h>
 #include <splitcubes/scene/instrument.h>
 #include <splitcubes/scene/strength.h>
@@ -39,14 +38,8 @@ Region region_of(const scene::Region& region) {
         [inside = scene::region_test(region)](const Vector3& rest) { return inside(to_eigen(rest)); });
 }
 
-Isometry constraint_pose(const scene::ConstraintDescription& c, double time) {
-    return c.kind == scene::ConstraintKind::hold ? Isometry::Identity()
-                                                 : scene::keyframe_motion(c.keyframes, c.pivot, time);
-}
-
-template <class Description>
-bool is_active(const Description& d, double time) {
-    return time >= d.from_time && (!d.until_time || time < *d.until_time);
+bool acts_at(const scene::Course::Interval& interval, double time) {
+    return time >= interval.first && time < interval.second;
 }
 
 template <class Name>
@@ -54,44 +47,83 @@ bool is_there(const std::optional<Name>& id, const std::vector<Name>& present) {
     return id && std::find(present.begin(), present.end(), *id) != present.end();
 }
 
+// Samples of all bodies, as a course reads them.
+class CourseSamples {
+  public:
+    CourseSamples(const Simulation& simulation, const std::vector<BodyId>& bodies, bool with_samples) {
+        arrays_.resize(bodies.size());
+        for (std::size_t k = 0; k < bodies.size(); ++k) {
+            Arrays& own = arrays_[k];
+            if (with_samples) {
+                SampleState state = simulation.samples(bodies[k]);
+                own = {vectors(state.rest_positions), vectors(state.positions), vectors(state.velocities),
+                       std::move(state.masses), std::move(state.pieces)};
+            }
+            samples_.push_back({own.rest, own.position, own.velocity, own.mass, own.piece,
+                                simulation.piece_count(bodies[k])});
+        }
+    }
+    scene::Course::Bodies bodies() const { return samples_; }
+
+  private:
+    struct Arrays {
+        std::vector<Vec3> rest, position, velocity;
+        std::vector<double> mass;
+        std::vector<std::int32_t> piece;
+    };
+    static std::vector<Vec3> vectors(const std::vector<Vector3>& of) {
+        std::vector<Vec3> out;
+        for (const Vector3& v : of) out.push_back(to_eigen(v));
+        return out;
+    }
+
+    std::vector<Arrays> arrays_;
+    std::vector<scene::BodySamples> samples_;
+};
+
 }  // namespace
 
-void append_blades(const SceneSource& source, double time, std::vector<std::vector<Vec3>>& out) {
+void append_blades(const SceneSource& source, const scene::Course& course, double time,
+                   std::vector<std::vector<Vec3>>& out) {
     for (std::size_t k = 0; k < source.blades.size(); ++k) {
-        const cutting::Blade& blade = source.blades[k];
-        if (!blade.active(time) || !source.instruments[k]->empty()) continue;
-        for (std::vector<Vec3>& line : blade.pose(time)) out.push_back(std::move(line));
+        const auto [from, until] = course.tool_activity(k);
+        if (time < from || time > until || !source.instruments[k]->empty()) continue;
+        const Isometry frame = course.tool_frame(k, time);
+        for (std::vector<Vec3> line : source.blades[k].shape().polylines) {
+            for (Vec3& p : line) p = frame * p;
+            out.push_back(std::move(line));
+        }
     }
 }
 
-void append_instruments(const SceneSource& source, double time, std::vector<InstrumentState>& out) {
+void append_instruments(const SceneSource& source, const scene::Course& course, double time,
+                        std::vector<InstrumentState>& out) {
     for (std::size_t k = 0; k < source.blades.size(); ++k) {
-        const auto [from, until] = scene::shown_times(source.description.tools[k]);
+        const auto [from, until] = course.tool_shown(k);
         if (source.instruments[k]->empty() || time < from || time > until) continue;
-        out.push_back({source.instruments[k], source.blades[k].frame(time)});
+        out.push_back({source.instruments[k], course.tool_frame(k, time)});
     }
 }
 
-void append_colliders(const scene::SceneDescription& scene,
+void append_colliders(const scene::SceneDescription& scene, const scene::Course& course,
                       const std::vector<std::shared_ptr<const geometry::TriangleMesh>>& meshes, double time,
                       std::vector<ColliderState>& out) {
     for (std::size_t k = 0; k < meshes.size(); ++k)
         if (!meshes[k]->triangles.empty())
-            out.push_back(
-                {meshes[k], scene::collider_frame(scene.colliders[k], time), scene.colliders[k].finish});
+            out.push_back({meshes[k], course.collider_frame(k, time), scene.colliders[k].finish});
 }
 
 SceneDriver::SceneDriver(const SceneSource& source, Simulation& simulation, const std::vector<BodyId>& bodies)
-    : source_(source), bodies_(bodies) {
+    : source_(source),
+      bodies_(bodies),
+      course_(source.description, CourseSamples(simulation, bodies, true).bodies()) {
     constraints_.resize(source.description.constraints.size());
     handles_.resize(source.description.handles.size());
     add_tools(simulation);
     add_colliders(simulation);
     add_solid_tools(simulation);
-    for (const scene::HandleDescription& h : source.description.handles) {
-        handle_motions_.push_back(scene::handle_motion(h, source.description.tools));
+    for (const scene::HandleDescription& h : source.description.handles)
         handle_regions_.push_back(scene::region_test(h.region));
-    }
 }
 
 BodyId SceneDriver::body_of(const std::string& name) const {
@@ -104,7 +136,7 @@ void SceneDriver::add_tools(Simulation& simulation) {
     for (std::size_t k = 0; k < source_.blades.size(); ++k) {
         const scene::ToolDescription& tool = source_.description.tools[k];
         ToolSettings settings{.name = tool.name,
-                              .pose = to_public(source_.blades[k].frame(simulation.time())),
+                              .pose = to_public(course_.tool_frame(k, simulation.time())),
                               .side_reach = tool.side,
                               .side_friction = tool.friction};
         for (const std::string& name : tool.bodies) settings.bodies.push_back(body_of(name));
@@ -118,10 +150,11 @@ void SceneDriver::add_tools(Simulation& simulation) {
 }
 
 void SceneDriver::add_colliders(Simulation& simulation) {
-    for (const scene::ColliderDescription& c : source_.description.colliders) {
+    for (std::size_t k = 0; k < source_.description.colliders.size(); ++k) {
+        const scene::ColliderDescription& c = source_.description.colliders[k];
         collider_meshes_.push_back(std::make_shared<const geometry::TriangleMesh>(scene::collider_mesh(c)));
         ColliderSettings settings{.name = c.name,
-                                  .pose = to_public(scene::collider_frame(c, simulation.time())),
+                                  .pose = to_public(course_.collider_frame(k, simulation.time())),
                                   .friction = c.friction};
         std::vector<double> positions;
         std::vector<std::uint32_t> triangles;
@@ -154,42 +187,44 @@ void SceneDriver::add_solid_tools(Simulation& simulation) {
         for (const Vec3& p : mesh.positions) positions.insert(positions.end(), p.data(), p.data() + 3);
         for (const auto& t : mesh.triangles) triangles.insert(triangles.end(), t.begin(), t.end());
         ColliderSettings settings{.name = tool.name,
-                                  .pose = to_public(source_.blades[k].frame(simulation.time())),
+                                  .pose = to_public(course_.tool_frame(k, simulation.time())),
                                   .friction = tool.solid->friction};
         settings.shape = MeshView{positions, triangles};
         solid_tools_.emplace_back(k, simulation.add_collider(settings));
     }
 }
 
-bool SceneDriver::is_released(const std::optional<scene::PieceCondition>& when,
-                              const Simulation& simulation) const {
-    return when && simulation.piece_count(body_of(when->body)) >= static_cast<std::size_t>(when->at_least);
+void SceneDriver::advance_course(const Simulation& simulation) {
+    if (!course_.depends_on_state()) return;
+    const CourseSamples samples(simulation, bodies_, course_.reads_samples());
+    course_.advance(simulation.time(), simulation.time_step(), samples.bodies());
+    // States of the past have courses of their own.
+    course_.forget_before(simulation.time() - simulation.time_step());
 }
 
 void SceneDriver::advance(Simulation& simulation) {
+    advance_course(simulation);
     const double from = simulation.time(), to = from + simulation.time_step();
     move_tools(simulation, from, to);
     move_constraints(simulation, from, to);
     move_handles(simulation, from, to);
     for (const auto& [tool, collider] : solid_tools_)
-        simulation.add_collider_pose(collider, to, to_public(source_.blades[tool].frame(to)));
+        simulation.add_collider_pose(collider, to, to_public(course_.tool_frame(tool, to)));
     for (std::size_t k = 0; k < colliders_.size(); ++k)
-        if (!source_.description.colliders[k].keyframes.empty())
-            simulation.add_collider_pose(
-                colliders_[k], to, to_public(scene::collider_frame(source_.description.colliders[k], to)));
+        if (!source_.description.colliders[k].keyframes.empty() || course_.decides_collider(k))
+            simulation.add_collider_pose(colliders_[k], to, to_public(course_.collider_frame(k, to)));
 }
 
 // Activity begins and ends with whole steps.
 void SceneDriver::move_tools(Simulation& simulation, double from, double to) {
     for (std::size_t k = 0; k < tools_.size(); ++k) {
-        const cutting::Blade& blade = source_.blades[k];
-        if (from > blade.active_until() + 2 * (to - from)) continue;
-        std::vector<double> times = cutting::sweep_times(blade, from, to);
-        std::erase_if(times, [&](double t) { return !(t > from) || t >= to; });
-        times.push_back(to);
-        const bool cuts = to > blade.active_from() && from < blade.active_until();
+        const auto [active_from, active_until] = course_.tool_activity(k);
+        if (from > active_until + 2 * (to - from) && !course_.decides_tool(k)) continue;
+        const std::vector<double> times = course_.tool_times(k, from, to);
+        const bool cuts = to > active_from && from < active_until;
         for (const ToolId tool : tools_[k]) {
-            for (const double t : times) simulation.add_tool_pose(tool, t, to_public(blade.frame(t)));
+            for (const double t : times)
+                simulation.add_tool_pose(tool, t, to_public(course_.tool_frame(k, t)));
             cuts ? simulation.lower_tool(tool) : simulation.raise_tool(tool);
         }
     }
@@ -200,14 +235,14 @@ void SceneDriver::move_constraints(Simulation& simulation, double from, double t
     for (std::size_t k = 0; k < constraints_.size(); ++k) {
         const scene::ConstraintDescription& c = source_.description.constraints[k];
         const bool there = is_there(constraints_[k], present);
-        const bool acts = is_active(c, from) && !is_released(c.release_when, simulation);
+        const bool acts = acts_at(course_.constraint_activity(k), from);
         if (acts && !there)
             constraints_[k] = simulation.add_constraint(
                 body_of(c.body),
-                {.region = region_of(c.region), .pose = to_public(constraint_pose(c, from))});
+                {.region = region_of(c.region), .pose = to_public(course_.constraint_motion(k, from))});
         if (!acts && there) simulation.remove_constraint(*constraints_[k]);
         if (acts && c.kind == scene::ConstraintKind::move)
-            simulation.add_constraint_pose(*constraints_[k], to, to_public(constraint_pose(c, to)));
+            simulation.add_constraint_pose(*constraints_[k], to, to_public(course_.constraint_motion(k, to)));
     }
 }
 
@@ -216,18 +251,18 @@ void SceneDriver::move_handles(Simulation& simulation, double from, double to) {
     for (std::size_t k = 0; k < handles_.size(); ++k) {
         const scene::HandleDescription& h = source_.description.handles[k];
         const bool there = is_there(handles_[k], present);
-        const bool acts = is_active(h, from) && !is_released(h.release_when, simulation);
+        const bool acts = acts_at(course_.handle_activity(k), from);
         if (acts && !there) {
             HandleSettings settings{.name = h.name,
                                     .region = region_of(h.region),
-                                    .pose = to_public(handle_motions_[k](from)),
+                                    .pose = to_public(course_.handle_motion(k, from)),
                                     .stiffness = h.stiffness};
             if (h.force_limit) settings.force_limit = *h.force_limit;
             handles_[k] = simulation.add_handle(body_of(h.body), settings);
         }
         if (!acts && there) simulation.remove_handle(*handles_[k]);
-        if (acts && (!h.keyframes.empty() || !h.follow_tool.empty()))
-            simulation.add_handle_pose(*handles_[k], to, to_public(handle_motions_[k](to)));
+        if (acts && (!h.keyframes.empty() || h.relative_to))
+            simulation.add_handle_pose(*handles_[k], to, to_public(course_.handle_motion(k, to)));
     }
 }
 
@@ -241,12 +276,12 @@ bool SceneDriver::owns(HandleId handle) const {
     return std::find(handles_.begin(), handles_.end(), std::optional(handle)) != handles_.end();
 }
 
-void SceneDriver::append_rods(double time, const Simulation& simulation, const std::vector<BodyState>& states,
+void SceneDriver::append_rods(double time, const std::vector<BodyState>& states,
                               std::vector<RodState>& out) const {
     const scene::SceneDescription& scene = source_.description;
     for (std::size_t k = 0; k < scene.handles.size() && scene.display.handles; ++k) {
         const scene::HandleDescription& h = scene.handles[k];
-        if (!is_active(h, time) || is_released(h.release_when, simulation)) continue;
+        if (!acts_at(course_.handle_activity(k), time)) continue;
         for (std::size_t b = 0; b < states.size(); ++b) {
             if (scene.bodies[b].name != h.body) continue;
             const SurfaceTopology& topology = *states[b].topology;
@@ -261,7 +296,7 @@ void SceneDriver::append_rods(double time, const Simulation& simulation, const s
                 ++count;
             }
             if (count == 0) continue;
-            out.push_back({now / count, handle_motions_[k](time) * Vec3(rest / count),
+            out.push_back({now / count, course_.handle_motion(k, time) * Vec3(rest / count),
                            0.022 * states[b].bounds.size().norm()});
         }
     }
@@ -276,7 +311,7 @@ void SceneDriver::append_forces(const StepResult& result, double time, std::vect
                 if (!(tools_[k][edge] == tool.tool)) continue;
                 const std::vector<Vec3>& line = source_.blades[k].shape().polylines[edge];
                 out.push_back(
-                    {source_.blades[k].frame(time) * Vec3(0.5 * (line.front() + line.back())), force});
+                    {course_.tool_frame(k, time) * Vec3(0.5 * (line.front() + line.back())), force});
             }
     }
     for (const HandleResult& handle : result.handles)
@@ -285,7 +320,7 @@ void SceneDriver::append_forces(const StepResult& result, double time, std::vect
             if (!handles_[k] || !(*handles_[k] == handle.handle) || !(force.norm() > 0)) continue;
             const auto* ball = std::get_if<scene::SphereRegion>(&source_.description.handles[k].region);
             const Vec3 rest = ball != nullptr ? ball->center : source_.description.handles[k].pivot;
-            out.push_back({handle_motions_[k](time) * rest, force});
+            out.push_back({course_.handle_motion(k, time) * rest, force});
         }
 }
 

@@ -205,7 +205,9 @@ void materials_of_colours(geometry::MeshAttributes& attributes) {
 SceneSource open_run_scene(const std::filesystem::path& folder) {
     SceneSource out;
     out.file = folder;
-    out.description = scene::parse_scene_file(folder / "scene.json");
+    const std::filesystem::path as_run = folder / "scene_as_run.json";
+    out.description =
+        scene::parse_scene_file(std::filesystem::exists(as_run) ? as_run : folder / "scene.json");
     const auto is_missing = [](const std::filesystem::path& file) {
         std::error_code error;
         return !std::filesystem::is_regular_file(file, error);

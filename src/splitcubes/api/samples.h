@@ -14,6 +14,8 @@ namespace splitcubes {
 struct SampleState {
     std::vector<Vector3> rest_positions;  ///< m, rest space
     std::vector<Vector3> positions;       ///< m, world
+    std::vector<Vector3> velocities;      ///< m/s, world
+    std::vector<double> masses;           ///< kg
     std::vector<std::int32_t> pieces;     ///< number of the sample's piece
     std::vector<float> von_mises_stress;  ///< Pa, of the Cauchy stress; 0 where it is inverted
     std::vector<float> pressure;          ///< Pa, mean over the sample's neighbourhood; positive: compressed

@@ -68,8 +68,12 @@ class Body {
     /// Removes one; those behind it move up by one.
     void remove_handle(std::size_t index) { boundary_.remove_handle(index); }
     void remove_constraint(std::size_t index) { boundary_.remove_constraint(index); }
-    void end_constraint(std::size_t index, double time) { boundary_.end_constraint(index, time); }
-    void end_handle(std::size_t index, double time) { boundary_.end_handle(index, time); }
+    void set_constraint_active(std::size_t index, double from, double until) {
+        boundary_.set_constraint_active(index, from, until);
+    }
+    void set_handle_active(std::size_t index, double from, double until) {
+        boundary_.set_handle_active(index, from, until);
+    }
     const std::vector<Handle>& handles() const { return boundary_.handles(); }
     void set_handle_motion(std::size_t index, std::function<Isometry(double time)> motion) {
         boundary_.set_handle_motion(index, std::move(motion));

@@ -55,12 +55,14 @@ class BoundaryConditions {
     /// Removes one; those behind it move up by one.
     void remove_constraint(std::size_t index);
     void remove_handle(std::size_t index);
-    /// Ends one at a time, s, if it would not end before.
-    void end_constraint(std::size_t index, double time) {
-        constraints_[index].until = std::min(constraints_[index].until, time);
+    /// Sets when one acts, s.
+    void set_constraint_active(std::size_t index, double from, double until) {
+        constraints_[index].from = from;
+        constraints_[index].until = until;
     }
-    void end_handle(std::size_t index, double time) {
-        handles_[index].until = std::min(handles_[index].until, time);
+    void set_handle_active(std::size_t index, double from, double until) {
+        handles_[index].from = from;
+        handles_[index].until = until;
     }
     const std::vector<HoldConstraint>& constraints() const { return constraints_; }
     const std::vector<Handle>& handles() const { return handles_; }

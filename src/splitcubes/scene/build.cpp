@@ -52,7 +52,7 @@ void add_constraint(const ConstraintDescription& c, body::Body& target, std::siz
     target.add_constraint(std::move(hold));
 }
 
-void add_handle(const HandleDescription& h, std::span<const ToolDescription> tools, body::Body& target) {
+void add_handle(const HandleDescription& h, const SceneDescription& scene, body::Body& target) {
     const auto region = region_test(h.region);
     if (!target.has_phyxel_in(region))
         throw InputError("handle '" + h.name + "'", "its region holds no phyxel of body '" + h.body + "'",
@@ -61,7 +61,7 @@ void add_handle(const HandleDescription& h, std::span<const ToolDescription> too
     body::Handle handle;
     handle.name = h.name;
     handle.region = region;
-    handle.motion = handle_motion(h, tools);
+    handle.motion = handle_motion(h, scene);
     handle.stiffness = h.stiffness;
     if (h.force_limit) handle.limit = *h.force_limit;
     handle.from = h.from_time;
@@ -227,12 +227,16 @@ body::Collider make_collider(const ColliderDescription& collider, const Parallel
     return out;
 }
 
-std::function<Isometry(double)> handle_motion(const HandleDescription& h,
-                                              std::span<const ToolDescription> tools) {
-    const ToolDescription* tool = find_tool(tools, h.follow_tool);
-    if (tool == nullptr) return [h](double time) { return keyframe_motion(h.keyframes, h.pivot, time); };
-    return [h, blade = make_blade(*tool)](double time) {
-        return motion_since(blade, h.from_time, time) * keyframe_motion(h.keyframes, h.pivot, time);
+std::function<Isometry(double)> handle_motion(const HandleDescription& h, const SceneDescription& scene) {
+    const auto own = [h](double time) { return keyframe_motion(h.keyframes, h.pivot, time); };
+    const auto carrier =
+        h.relative_to ? prescribed_motion(*h.relative_to, scene.colliders, scene.tools) : std::nullopt;
+    if (!carrier) return own;
+    ToolDescription path;
+    path.blades.push_back(StraightBlade{});
+    path.motion = *carrier;
+    return [h, own, blade = make_blade(path)](double time) {
+        return motion_since(blade, h.from_time, time) * own(time);
     };
 }
 
@@ -302,7 +306,7 @@ std::unique_ptr<body::World> build_world(
     for (std::size_t k = 0; k < scene.constraints.size(); ++k)
         add_constraint(scene.constraints[k], *world->bodies()[index_of_body(scene.constraints[k].body)], k);
     for (const HandleDescription& handle : scene.handles)
-        add_handle(handle, scene.tools, *world->bodies()[index_of_body(handle.body)]);
+        add_handle(handle, scene, *world->bodies()[index_of_body(handle.body)]);
     const auto solid_tools = static_cast<std::size_t>(
         std::count_if(scene.tools.begin(), scene.tools.end(), [](const auto& tool) { return tool.solid; }));
     constexpr double per_collider = tuning::build::bytes_per_collider;

@@ -33,7 +33,8 @@ struct BuildReport {
 geometry::TriangleMesh shape_mesh(const Shape& shape, const Parallel& parallel = Parallel(1),
                                   BuildReport* report = nullptr);
 
-/// Returns the transform from a collider's own frame to the world at a time; own: `shape` with its scale.
+/// Returns the transform from a collider's own frame to the world at a time; own: `shape` with its scale. Of
+/// one whose motion is not prescribed without what carries it.
 Isometry collider_frame(const ColliderDescription& collider, double time);
 /// Returns a collider's mesh in its own frame; empty for a half space.
 geometry::TriangleMesh collider_mesh(const ColliderDescription& collider,
@@ -50,17 +51,18 @@ Isometry pose_of(const PlacementDescription& placement);
 io::Model placed_model(const BodyDescription& body, BuildReport& report,
                        const Parallel& parallel = Parallel(1));
 
-/// Returns the motion of a handle's target: world from rest, s. It may follow one of the tools.
+/// Returns the motion of a handle's target: world from rest, s. It may go along with a tool or a collider
+/// whose motion is prescribed; others are for Course.
 std::function<Isometry(double time)> handle_motion(const HandleDescription& handle,
-                                                   std::span<const ToolDescription> tools);
+                                                   const SceneDescription& scene);
 
 /// Returns a solid tool's instrument as a collider.
 body::Collider make_solid_tool(const ToolDescription& tool, const Parallel& parallel,
                                BuildReport* report = nullptr);
 
-/// Builds the world. Throws InputError for meshes that cannot be used and for constraint regions without
-/// phyxels. make_opengl_backend: factory of the disk backend for scenes with backend "opengl"; without it
-/// such scenes are refused.
+/// Builds the world. What depends on the state is moved, started and ended by a WorldCourse. Throws
+/// InputError for meshes that cannot be used and for constraint regions without phyxels. make_opengl_backend:
+/// factory of the disk backend for scenes with backend "opengl"; without it such scenes are refused.
 std::unique_ptr<body::World> build_world(
     const SceneDescription& scene, std::shared_ptr<const Parallel> parallel, BuildReport& report,
     const decltype(body::BodySettings::make_visibility_backend)& make_opengl_backend = {});

@@ -160,11 +160,23 @@ struct MotionKeyframe {
     bool operator==(const MotionKeyframe&) const = default;
 };
 
-/// A body that has come into several pieces.
-struct PieceCondition {
-    std::string body;  // its name
-    int at_least = 2;  // pieces
-    bool operator==(const PieceCondition&) const = default;
+/// What must hold, all that is given. Once it held it counts as holding, whatever comes.
+struct Condition {
+    std::string body;            // name of a body that is in several pieces; empty: none
+    int at_least = 2;            // pieces of that body
+    std::string ended;           // name of a tool whose motion has ended; empty: none
+    std::optional<double> time;  // s, that has come
+    bool operator==(const Condition&) const = default;
+};
+
+enum class CarrierKind { tool, collider, body };
+
+/// What a motion is given relative to, so that it is carried along.
+struct Carrier {
+    CarrierKind kind = CarrierKind::tool;
+    std::string name;
+    std::optional<Region> region;  // of a body: the part whose material carries; none: all of it
+    bool operator==(const Carrier&) const = default;
 };
 
 enum class ConstraintKind {
@@ -182,7 +194,8 @@ struct ConstraintDescription {
     Vec3 pivot = Vec3::Zero();              // m; when not said: the region's centre (half space: its point)
     double from_time = 0;                   // s
     std::optional<double> until_time;       // s; none: never released
-    std::optional<PieceCondition> release_when;
+    std::optional<Condition> start_when;    // times count from when it holds, motion from where it is then
+    std::optional<Condition> release_when;
     bool operator==(const ConstraintDescription&) const = default;
 };
 
@@ -267,6 +280,11 @@ struct ToolDescription {
     std::optional<geometry::Finish> finish;           // of the blade; none: steel
     std::optional<geometry::Finish> grip_finish;      // of its handle; none: black plastic
     std::optional<SolidDescription> solid;            // none: only its edges act
+    std::optional<Carrier> relative_to;  // whose motion depends on the state; none: the motion is the world's
+    std::optional<Condition> start_when;  // its times count from when it holds
+    std::optional<Condition> end_when;    // from then on it stands still and does not cut
+    std::optional<double> shown_from,
+        shown_until;  // s, when its instrument is drawn; none: around its motion
     bool operator==(const ToolDescription&) const = default;
 };
 
@@ -326,8 +344,11 @@ struct ColliderDescription {
     PlacementDescription placement;            // of `shape`
     double rounding = 0;                       // m, of a box's edges
     std::vector<MotionKeyframe> keyframes;     // displacement, and rotation about the pivot; empty: still
-    Vec3 pivot = Vec3::Zero();  // m; when not said: the placement's position, the plane's point
-    double friction = 0.5;      // Coulomb coefficient
+    Vec3 pivot = Vec3::Zero();            // m; when not said: the placement's position, the plane's point
+    double friction = 0.5;                // Coulomb coefficient
+    std::optional<Carrier> relative_to;   // none: the keyframes are the world's
+    std::optional<Condition> start_when;  // the keyframes' times count from when it holds
+    std::optional<Condition> end_when;    // from then on it stands still
     std::optional<geometry::Finish> finish;
     bool operator==(const ColliderDescription&) const = default;
 };
@@ -350,10 +371,10 @@ struct HandleDescription {
     std::optional<double> force_limit;      // N; none: as much as the springs give
     double from_time = 0;                   // s
     std::optional<double> until_time;       // s; none: never released
-    std::optional<PieceCondition> release_when;
-    /// Name of a tool: the region goes along with it, from where both are at from_time; the keyframes move
-    /// it in addition. Empty: none.
-    std::string follow_tool;
+    std::optional<Condition> start_when;    // times count from when it holds, motion from where it is then
+    std::optional<Condition> release_when;
+    /// The region goes along with it, from where both are at from_time; the keyframes move it in addition.
+    std::optional<Carrier> relative_to;
     bool operator==(const HandleDescription&) const = default;
 };
 

@@ -332,8 +332,8 @@ std::pair<double, double> shown_times(const ToolDescription& tool) {
     constexpr double forever = 1e300;  // s
     if (tool.solid) return {-forever, forever};
     const auto [first, last] = times_of(tool.motion);
-    return {std::min(first, tool.active_from) - tuning::instrument::shown_beyond,
-            std::max(last, tool.active_until) + tuning::instrument::shown_beyond};
+    return {tool.shown_from.value_or(std::min(first, tool.active_from) - tuning::instrument::shown_beyond),
+            tool.shown_until.value_or(std::max(last, tool.active_until) + tuning::instrument::shown_beyond)};
 }
 
 TriangleMesh instrument_mesh(const ToolDescription& tool, BuildReport* report) {

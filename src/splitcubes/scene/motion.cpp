@@ -252,6 +252,42 @@ Motion composed(const Motion& outer, const Motion& inner) {
     return out;
 }
 
+bool is_prescribed(const ToolDescription& tool) {
+    return !tool.relative_to && !tool.start_when && !tool.end_when;
+}
+
+bool is_prescribed(const ColliderDescription& collider) {
+    return !collider.relative_to && !collider.start_when && !collider.end_when;
+}
+
+namespace {
+
+// Displacement with a rotation about the pivot: the pivot's path and, in it, what lies about it.
+Motion displacement_of(const ColliderDescription& collider) {
+    KeyframeMotion path, back;
+    for (MotionKeyframe key : collider.keyframes) {
+        key.position += collider.pivot;
+        path.keyframes.push_back(key);
+    }
+    if (path.keyframes.empty()) path.keyframes.push_back({0, collider.pivot, {}});
+    back.keyframes.push_back({0, -collider.pivot, {}});
+    return composed(path, back);
+}
+
+}  // namespace
+
+std::optional<Motion> prescribed_motion(const Carrier& carrier,
+                                        std::span<const ColliderDescription> colliders,
+                                        std::span<const ToolDescription> tools) {
+    if (carrier.kind == CarrierKind::tool)
+        if (const ToolDescription* tool = find_tool(tools, carrier.name); tool && is_prescribed(*tool))
+            return tool->motion;
+    if (carrier.kind == CarrierKind::collider)
+        for (const ColliderDescription& one : colliders)
+            if (one.name == carrier.name && is_prescribed(one)) return displacement_of(one);
+    return std::nullopt;
+}
+
 namespace {
 
 bool is_in_range(const Vec3& p) {
@@ -304,6 +340,7 @@ std::size_t item_count(const BodyDescription& body) {
 
 bool is_sayable(const ToolDescription& tool) {
     return tool.name.size() <= ParseLimits::name_length && tool.active_until <= any_time.high &&
+           tool.shown_from.value_or(0) <= any_time.high && tool.shown_until.value_or(0) <= any_time.high &&
            std::visit([](const auto& m) { return is_in_range(m); }, tool.motion);
 }
 
@@ -319,6 +356,8 @@ ToolDescription repeated(ToolDescription tool, const Repetition& repetition, int
     std::visit([by](auto& m) { delay(m, by); }, tool.motion);
     tool.active_from += by;
     tool.active_until += by;
+    if (tool.shown_from) *tool.shown_from += by;
+    if (tool.shown_until) *tool.shown_until += by;
     if (auto* path = std::get_if<KeyframeMotion>(&tool.motion)) {
         for (MotionKeyframe& key : path->keyframes) {
             key.position = step(key.position);

@@ -4,6 +4,7 @@
 #include <splitcubes/cutting/blade.h>
 #include <splitcubes/scene/description.h>
 
+#include <optional>
 #include <span>
 #include <string_view>
 #include <utility>
@@ -52,5 +53,15 @@ bool is_sayable(const BodyDescription& body);
 
 /// Returns the motion of a frame that is given in one that moves itself.
 Motion composed(const Motion& outer, const Motion& inner);
+
+/// Whether a thing's motion is a function of time alone: it goes along with nothing that depends on the
+/// state, and waits for nothing.
+bool is_prescribed(const ToolDescription& tool);
+bool is_prescribed(const ColliderDescription& collider);
+/// Returns the motion of what a carrier names, where it is prescribed: of a tool's own frame, or a collider's
+/// displacement from where it is at time 0. None: it depends on the state.
+std::optional<Motion> prescribed_motion(const Carrier& carrier,
+                                        std::span<const ColliderDescription> colliders,
+                                        std::span<const ToolDescription> tools);
 
 }  // namespace splitcubes::scene

@@ -4,7 +4,8 @@
 
 namespace splitcubes::scene {
 
-ColliderDescription read_collider(const Value& value) {
+ColliderDescription read_collider(const Value& value, const std::vector<BodyDescription>& bodies,
+                                  const std::vector<ColliderDescription>& before) {
     const Object object(value, "collider");
     ColliderDescription out;
     out.name = object.at("name").identifier();
@@ -29,6 +30,9 @@ ColliderDescription read_collider(const Value& value) {
     if (object.has("keyframes")) out.keyframes = read_keyframes(object.at("keyframes"));
     object.read("pivot", out.pivot);
     object.read("friction", out.friction, {0, 1000});
+    out.relative_to = read_carrier(object, {bodies, before, {}, true}, out.name);
+    out.start_when = read_condition(object, "start_when", bodies);
+    out.end_when = read_condition(object, "end_when", bodies);
     out.finish = read_optional_finish(object, "finish");
     return out;
 }
@@ -41,11 +45,11 @@ ContactDescription read_contact(const Value& value) {
     return out;
 }
 
-HandleDescription read_handle(const Value& value, const std::vector<BodyDescription>& bodies) {
+HandleDescription read_handle(const Value& value, const SceneDescription& known) {
     const Object object(value, "handle");
     HandleDescription out;
     out.name = object.at("name").identifier();
-    out.body = read_known_body(object.at("body"), bodies);
+    out.body = read_known_body(object.at("body"), known.bodies);
     out.region = read_any_region(object.at("region"));
     if (object.has("keyframes")) out.keyframes = read_keyframes(object.at("keyframes"));
     out.pivot = center_of(out.region);
@@ -56,23 +60,10 @@ HandleDescription read_handle(const Value& value, const std::vector<BodyDescript
     object.read_optional("until_time", out.until_time, any_time);
     if (object.sound({"from_time", "until_time"}) && out.until_time && *out.until_time <= out.from_time)
         object.at("until_time").fail("is not after from_time", "let the handle end later than it starts");
-    out.release_when = read_release(object, bodies);
-    if (const auto tool = object.find("follow_tool")) out.follow_tool = tool->text();
+    out.start_when = read_condition(object, "start_when", known.bodies);
+    out.release_when = read_condition(object, "release_when", known.bodies);
+    out.relative_to = read_carrier(object, {known.bodies, known.colliders, known.tools}, {});
     return out;
-}
-
-void check_followed_tool(const Value& value, const std::vector<ToolDescription>& tools) {
-    const auto tool = Object(value, "handle").find("follow_tool");
-    if (!tool || !tool->sound()) return;
-    const std::string name = tool->text();
-    std::string known;
-    for (const ToolDescription& one : tools) {
-        // A tool whose invalid name was reported may be the one meant.
-        if (one.name == name || one.name.empty()) return;
-        if (known.size() < 200) known += (known.empty() ? "" : ", ") + one.name;
-    }
-    tool->fail("is " + tool->shown() + ", but no tool has that name",
-               known.empty() ? "the scene has no tools" : "there are " + known);
 }
 
 }  // namespace splitcubes::scene

@@ -172,27 +172,21 @@ Motion read_motion(const Value& value) {
     return out;
 }
 
-// Puts the tool's motion into the frame of one before it.
-void read_relation(const Object& object, const std::vector<ToolDescription>& before, ToolDescription& tool) {
-    const auto name = object.find("relative_to");
-    if (!name) return;
-    const std::string text = name->text();
-    if (const ToolDescription* other = find_tool(before, text)) {
-        tool.motion = composed(other->motion, tool.motion);
-        if (std::get<ComposedMotion>(tool.motion).parts.size() > ParseLimits::motion_parts)
-            name->fail("makes a motion of more than " + std::to_string(ParseLimits::motion_parts) + " parts",
-                       "shorten the chain of tools");
+// Puts the tool's motion into the frame of what it goes along with, where that needs no state; else the
+// carrier is kept.
+void read_relation(const Object& object, const Known& known, ToolDescription& tool) {
+    const std::optional<Carrier> carrier = read_carrier(object, known, tool.name);
+    if (!carrier) return;
+    const std::optional<Motion> outer = prescribed_motion(*carrier, known.colliders, known.tools);
+    if (!outer || tool.start_when || tool.end_when) {
+        tool.relative_to = carrier;
         return;
     }
-    std::string known;
-    for (const ToolDescription& one : before) {
-        // A tool whose invalid name was reported may be the one meant.
-        if (one.name.empty()) return;
-        if (known.size() < 200) known += (known.empty() ? "" : ", ") + one.name;
-    }
-    if (name->sound())
-        name->fail("is " + name->shown() + ", but no tool before this one has that name",
-                   known.empty() ? "list the tool that it moves with before it" : "there are " + known);
+    tool.motion = composed(*outer, tool.motion);
+    if (std::get<ComposedMotion>(tool.motion).parts.size() > ParseLimits::motion_parts)
+        object.at("relative_to")
+            .fail("makes a motion of more than " + std::to_string(ParseLimits::motion_parts) + " parts",
+                  "shorten the chain of tools");
 }
 
 // Tells whether parts without keyframes were reported.
@@ -281,21 +275,13 @@ ConstraintDescription read_constraint(const Value& value, const std::vector<Body
     if (object.sound({"from_time", "until_time"}) && out.until_time && *out.until_time <= out.from_time) {
         object.at("until_time").fail("is not after from_time", "let the constraint end later than it starts");
     }
-    out.release_when = read_release(object, bodies);
-    return out;
-}
-
-std::optional<PieceCondition> read_release(const Object& object, const std::vector<BodyDescription>& bodies) {
-    const auto condition = object.find("release_when");
-    if (!condition) return std::nullopt;
-    const Object when(*condition, "piece_condition");
-    PieceCondition out;
-    out.body = read_body_name(when.at("body"), bodies);
-    when.read("at_least", out.at_least, 2, 1000000);
+    out.start_when = read_condition(object, "start_when", bodies);
+    out.release_when = read_condition(object, "release_when", bodies);
     return out;
 }
 
 ToolDescription read_tool(const Value& value, const std::vector<BodyDescription>& bodies,
+                          const std::vector<ColliderDescription>& colliders,
                           const std::vector<ToolDescription>& before) {
     const Object object(value, "tool");
     ToolDescription out;
@@ -304,13 +290,17 @@ ToolDescription read_tool(const Value& value, const std::vector<BodyDescription>
         out.blades.push_back(read_blade(blade));
     }
     out.motion = read_motion(object.at("motion"));
-    read_relation(object, before, out);
+    out.start_when = read_condition(object, "start_when", bodies);
+    out.end_when = read_condition(object, "end_when", bodies);
+    read_relation(object, {bodies, colliders, before, true}, out);
     if (object.has("bodies")) {
         for (const Value& body : object.at("bodies").elements(0, ParseLimits::bodies)) {
             out.bodies.push_back(read_body_name(body, bodies));
         }
     }
     read_active_interval(object, out);
+    object.read_optional("shown_from", out.shown_from, any_time);
+    object.read_optional("shown_until", out.shown_until, any_time);
     if (const auto instrument = object.find("instrument")) out.instrument = read_instrument(*instrument);
     out.finish = read_optional_finish(object, "finish");
     out.grip_finish = read_optional_finish(object, "grip_finish");

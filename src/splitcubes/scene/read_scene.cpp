@@ -161,12 +161,30 @@ void read_bodies(const Object& object, SceneDescription& out) {
 }
 
 std::vector<ToolDescription> read_tools(const Object& object, std::size_t min_count,
-                                        const std::vector<BodyDescription>& bodies) {
+                                        const std::vector<BodyDescription>& bodies,
+                                        const std::vector<ColliderDescription>& colliders) {
     std::vector<ToolDescription> out;
     std::set<std::string> names;
     for (const Value& element : object.at("tools").elements(min_count, ParseLimits::tools))
-        add_repeated(element, "tool", read_tool(element, bodies, out), ParseLimits::tools, names, out);
+        add_repeated(element, "tool", read_tool(element, bodies, colliders, out), ParseLimits::tools, names,
+                     out);
     return out;
+}
+
+// Conditions may name tools that come later.
+void check_all_conditions(const Object& scene, const SceneDescription& read) {
+    const Known known{read.bodies, read.colliders, read.tools};
+    const auto check = [&](std::string_view list, std::string_view kind, std::size_t limit,
+                           std::initializer_list<std::string_view> keys) {
+        if (!scene.has(list)) return;
+        for (const Value& element : scene.at(list).elements(0, limit))
+            check_conditions(element, kind, keys, known);
+    };
+    check("colliders", "collider", ParseLimits::colliders, {"start_when", "end_when"});
+    check("tools", "tool", ParseLimits::tools, {"start_when", "end_when"});
+    check("handles", "handle", ParseLimits::handles, {"start_when", "release_when"});
+    check("constraints", "constraint", ParseLimits::constraints, {"start_when", "release_when"});
+    if (scene.has("tools")) check_waiting(scene, read.tools);
 }
 
 GroundDescription read_ground(const Value& value) {
@@ -197,15 +215,16 @@ SceneDescription read_scene(const Value& value) {
     if (object.has("colliders")) {
         std::set<std::string> names;
         for (const Value& element : object.at("colliders").elements(0, ParseLimits::colliders)) {
-            out.colliders.push_back(read_collider(element));
+            out.colliders.push_back(read_collider(element, out.bodies, out.colliders));
             check_new_name(element, "collider", out.colliders.back().name, names);
         }
     }
     if (object.has("contact")) out.contact = read_contact(object.at("contact"));
+    if (object.has("tools")) out.tools = read_tools(object, 0, out.bodies, out.colliders);
     if (object.has("handles")) {
         std::set<std::string> names;
         for (const Value& element : object.at("handles").elements(0, ParseLimits::handles)) {
-            out.handles.push_back(read_handle(element, out.bodies));
+            out.handles.push_back(read_handle(element, out));
             check_new_name(element, "handle", out.handles.back().name, names);
         }
     }
@@ -214,7 +233,6 @@ SceneDescription read_scene(const Value& value) {
             out.constraints.push_back(read_constraint(element, out.bodies));
         }
     }
-    if (object.has("tools")) out.tools = read_tools(object, 0, out.bodies);
     // Both become colliders, which recordings tell by their names.
     for (const ToolDescription& tool : out.tools)
         for (const ColliderDescription& collider : out.colliders)
@@ -222,9 +240,7 @@ SceneDescription read_scene(const Value& value) {
                 object.at("tools").fail(
                     "has the solid tool \"" + tool.name + "\", and a collider is called so",
                     "give one of the two another name");
-    if (object.has("handles"))
-        for (const Value& element : object.at("handles").elements(0, ParseLimits::handles))
-            check_followed_tool(element, out.tools);
+    check_all_conditions(object, out);
     if (object.has("display")) out.display = read_display(object.at("display"));
     if (object.has("solver")) out.solver = read_solver(object.at("solver"));
     if (object.has("occlusion")) out.occlusion = read_occlusion(object.at("occlusion"));
@@ -243,8 +259,12 @@ std::vector<ToolDescription> read_path(const Value& value) {
         if (tool.has("bodies"))
             tool.at("bodies").fail("is given, but a path has no bodies",
                                    "take it out: a path cuts a single solid");
+        for (const char* key : {"start_when", "end_when"})
+            if (tool.has(key))
+                tool.at(key).fail("is given, but nothing happens on a path that it could wait for",
+                                  "take it out");
     }
-    return read_tools(object, 1, {});
+    return read_tools(object, 1, {}, {});
 }
 
 }  // namespace splitcubes::scene

@@ -190,8 +190,23 @@ Json to_json(const std::optional<geometry::Finish>& finish) {
     return finish ? to_json(*finish) : Json();
 }
 
-Json to_json(const std::optional<PieceCondition>& condition) {
-    return condition ? Json{{"body", condition->body}, {"at_least", condition->at_least}} : Json();
+Json to_json(const std::optional<Condition>& condition) {
+    if (!condition) return {};
+    Json out = Json::object();
+    if (!condition->body.empty()) {
+        out["body"] = condition->body;
+        out["at_least"] = condition->at_least;
+    }
+    if (!condition->ended.empty()) out["ended"] = condition->ended;
+    if (condition->time) out["time"] = *condition->time;
+    return out;
+}
+
+Json to_json(const std::optional<Carrier>& carrier) {
+    if (!carrier) return {};
+    Json out = {{name_of(carrier->kind, carrier_names), carrier->name}};
+    if (carrier->region) out["region"] = to_json(*carrier->region);
+    return out;
 }
 
 Json to_json(const BodyDescription& body) {
@@ -234,6 +249,7 @@ Json to_json(const ConstraintDescription& constraint) {
     out["pivot"] = to_json(constraint.pivot);
     out["from_time"] = constraint.from_time;
     out["until_time"] = or_null(constraint.until_time);
+    out["start_when"] = to_json(constraint.start_when);
     out["release_when"] = to_json(constraint.release_when);
     return out;
 }
@@ -352,6 +368,11 @@ Json to_json(const ToolDescription& tool) {
     out["finish"] = to_json(tool.finish);
     out["grip_finish"] = to_json(tool.grip_finish);
     out["solid"] = tool.solid ? Json{{"friction", tool.solid->friction}} : Json();
+    out["relative_to"] = to_json(tool.relative_to);
+    out["start_when"] = to_json(tool.start_when);
+    out["end_when"] = to_json(tool.end_when);
+    out["shown_from"] = or_null(tool.shown_from);
+    out["shown_until"] = or_null(tool.shown_until);
     return out;
 }
 
@@ -369,6 +390,9 @@ Json to_json(const ColliderDescription& collider) {
     if (!collider.keyframes.empty()) out["keyframes"] = to_json(collider.keyframes);
     out["pivot"] = to_json(collider.pivot);
     out["friction"] = collider.friction;
+    out["relative_to"] = to_json(collider.relative_to);
+    out["start_when"] = to_json(collider.start_when);
+    out["end_when"] = to_json(collider.end_when);
     out["finish"] = to_json(collider.finish);
     return out;
 }
@@ -384,8 +408,9 @@ Json to_json(const HandleDescription& handle) {
     out["force_limit"] = or_null(handle.force_limit);
     out["from_time"] = handle.from_time;
     out["until_time"] = or_null(handle.until_time);
+    out["start_when"] = to_json(handle.start_when);
     out["release_when"] = to_json(handle.release_when);
-    out["follow_tool"] = handle.follow_tool.empty() ? Json() : Json(handle.follow_tool);
+    out["relative_to"] = to_json(handle.relative_to);
     return out;
 }
 

@@ -5,6 +5,7 @@
 /// Limits on the size of input stand in parse.h, recording.h and reader.h.
 
 #include <cstddef>
+#include <cstdint>
 
 namespace splitcubes::scene::tuning {
 
@@ -68,6 +69,21 @@ inline constexpr int samples_per_smooth_span = 16;
 inline constexpr double sample_degrees = 5;
 
 }  // namespace motion
+
+/// Motions, starts and ends that depend on the state (course.cpp, course_state.cpp, played_scene.cpp).
+namespace course {
+
+/// s, 1e-12 to a hundredth of a time step: times that differ by less are the same. Those of steps are
+/// computed in several ways, which differ by rounding. Larger delays what starts; smaller makes motions
+/// differ after what is known to have begun.
+inline constexpr double same_time = 1e-9;
+/// s, latest time in a checkpoint; more than any run lasts.
+inline constexpr double max_time = 1e9;
+/// Keyframes of all things together that the scene of a run writes out, 1000 to 15000. More follow long runs
+/// better; the text must stay within ParseLimits::bytes.
+inline constexpr std::int64_t max_played_keyframes = 10000;
+
+}  // namespace course
 
 /// Reading of recordings and search for inputs (recording.cpp, inputs.cpp).
 namespace input {

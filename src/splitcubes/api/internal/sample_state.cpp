@@ -49,9 +49,11 @@ SampleState sample_state_of(const body::Body& body) {
     SampleState out;
     out.spacing = body.phyxel_spacing();
     out.pieces = phyxels.piece;
+    out.masses = phyxels.mass;
     for (std::size_t i = 0; i < phyxels.size(); ++i) {
         out.rest_positions.push_back(public_vector(body.pose() * phyxels.rest_position[i]));
         out.positions.push_back(public_vector(phyxels.position[i]));
+        out.velocities.push_back(public_vector(phyxels.velocity[i]));
         out.von_mises_stress.push_back(static_cast<float>(von_mises(stress[i])));
         out.principal_stress.push_back(
             static_cast<float>(largest_eigenvalue(stress[i]) + own_pressure[i] - pressure[i]));
