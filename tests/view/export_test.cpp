@@ -74,6 +74,41 @@ TEST_F(Export, SceneHasPullsAndPresentParameters) {
     EXPECT_TRUE(scene.tools.empty());
 }
 
+// Forceps are two handles with a limit, and the recording repeats them.
+TEST_F(Export, ForcepsAreInScenesAndRecordings) {
+    session.key("space");
+    session.key("8");
+    session.drag({0, 0, 0.1}, {0, 0, 0.12}, 30);
+    const std::string file = folder.path / "gripped.json", recording = folder.path / "gripped.jsonl";
+    session.act("save_scene", file);
+    const scene::SceneDescription scene = scene::parse_scene_file(file);
+    ASSERT_EQ(scene.handles.size(), 2U);
+    const double limit = session.viewer.tools().grip_limit(session.state());
+    for (const scene::HandleDescription& jaw : scene.handles) {
+        ASSERT_TRUE(jaw.force_limit);
+        EXPECT_NEAR(*jaw.force_limit, 0.5 * limit, 1e-9 * limit);
+        EXPECT_TRUE(jaw.until_time);
+        EXPECT_GT(jaw.keyframes.back().position.z(), 0.01);
+    }
+    const auto gap = [&](bool closed) {
+        Vec3 out = Vec3::Zero();
+        for (const int k : {0, 1}) {
+            const scene::HandleDescription& jaw = scene.handles[static_cast<std::size_t>(k)];
+            const Vec3 moved = closed ? jaw.keyframes.back().position : jaw.keyframes.front().position;
+            out += (k == 0 ? 1 : -1) * (jaw.pivot + moved);
+        }
+        return out.norm();
+    };
+    EXPECT_LT(gap(true), 0.9 * gap(false)) << "they closed towards each other";
+    session.act("save_recording", recording);
+    const std::int64_t steps = session.state().step;
+    const std::uint64_t hash = session.hash();
+    HandSession again(recording);
+    again.key("space");
+    while (again.state().step < steps) again.frame();
+    EXPECT_EQ(again.hash(), hash);
+}
+
 TEST_F(Export, PathHasTheStrokesThatWereNotUndone) {
     cut();
     session.drag({-0.04, -0.16, 0.1}, {-0.04, 0.16, 0.1}, 20);

@@ -64,8 +64,8 @@ struct RandomHands {
         }
     }
     void stroke() {
-        const char* tools[] = {"1", "1", "2", "3", "4", "5", "6", "7"};
-        session.key(tools[random() % 8]);
+        const char* tools[] = {"1", "1", "2", "3", "4", "5", "6", "7", "8"};
+        session.key(tools[random() % 9]);
         session.set("knife_through", share() < 0.5 ? 1 : 0);
         const Vec3 from = point(), to = point();
         const int steps = 6 + static_cast<int>(random() % 20);

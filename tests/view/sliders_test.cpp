@@ -81,7 +81,8 @@ TEST_F(Sliders, OfToolsEndInStatesOfTheirOwn) {
     const std::vector<Slider> sliders = {{"knife_through", 1},           {"knife_depth", 0.05},
                                          {"scalpel_depth", 0.06, "2"},   {"scalpel_tilt", 40, "2"},
                                          {"scissors_length", 0.12, "3"}, {"pull_strength", 5, "4"},
-                                         {"pull_strength", 5, "5"},      {"blade_length", 0.4, "6"}};
+                                         {"pull_strength", 5, "5"},      {"blade_length", 0.4, "6"},
+                                         {"forceps_width", 0.06, "8"},   {"forceps_grip", 0.1, "8"}};
     for (const Slider& slider : sliders) {
         const Slider shallow{"knife_through", 0};
         const ReplayResult plain = stroke(slider.tool, {shallow}),

@@ -184,6 +184,91 @@ TEST_F(ViewerTools, FreeBladeCutsWhileTheButtonIsDown) {
     EXPECT_GE(session.pieces(), 2U);
 }
 
+// The jaws close, hold what lies between them, and let go.
+TEST_F(ViewerTools, ForcepsCloseHoldAndLetGo) {
+    session.key("8");
+    session.move({0, 0, 0.1});
+    const auto hand = [&] { return session.viewer.tools().instrument(session.viewer.context()); };
+    ASSERT_TRUE(hand());
+    EXPECT_EQ(hand()->kind, ToolKind::forceps);
+    const double width = session.viewer.setting("forceps_width");
+    const double before = session.viewer.bounds().max.z();
+    session.press({0, 0, 0.1});
+    session.frame();
+    EXPECT_FALSE(hand()) << "those that hold are in the state";
+    ASSERT_EQ(session.state().pulls.size(), 2U);
+    const PullState first = session.state().pulls[0];
+    EXPECT_EQ(first.partner, session.state().pulls[1].slot);
+    EXPECT_EQ(session.state().pulls[1].partner, first.slot);
+    EXPECT_NEAR(first.width, width, 0.02 * width);
+    session.run(20);
+    EXPECT_LT(session.state().pulls[0].opening, 0.8 * width) << "they have closed";
+    for (int k = 1; k <= 20; ++k) {
+        session.move({0, 0, 0.1 + 0.001 * k});
+        session.frame();
+    }
+    ASSERT_EQ(session.state().pulls.size(), 2U);
+    EXPECT_EQ(session.state().pulls[0].target, session.state().pulls[1].target);
+    EXPECT_GT(session.viewer.bounds().max.z(), before + 0.005);
+    ASSERT_EQ(session.state().forces.arrows.size(), 1U) << "both jaws are one thing";
+    EXPECT_GT(session.state().forces.arrows[0].force.z(), 0);
+    session.release({0, 0, 0.12});
+    session.run(60);
+    EXPECT_TRUE(session.state().pulls.empty());
+    EXPECT_NEAR(session.viewer.bounds().max.z(), before, 0.005);
+}
+
+TEST_F(ViewerTools, ForcepsHoldUpToTheirForceAndSlipOff) {
+    session.set("forceps_grip", 0.2);
+    const double limit = session.viewer.tools().grip_limit(session.state());
+    session.key("8");
+    session.press({0, 0, 0.1});
+    session.run(20);
+    double largest = 0;
+    bool was_at_limit = false;
+    for (int k = 1; k <= 60 && !session.state().pulls.empty(); ++k) {
+        session.move({0, 0, 0.1 + 0.004 * k});
+        session.frame();
+        for (const PullState& pull : session.state().pulls) {
+            largest = std::max(largest, pull.force);
+            was_at_limit = was_at_limit || pull.is_at_limit();
+        }
+    }
+    EXPECT_TRUE(was_at_limit);
+    EXPECT_LE(largest, 0.5 * limit * (1 + 1e-6));
+    EXPECT_TRUE(session.state().pulls.empty());
+    EXPECT_THAT(session.state().notice, testing::HasSubstr("slipped off"));
+    session.release({0, 0, 0.3});
+    session.run(3);
+}
+
+TEST_F(ViewerTools, ForcepsAreUndoneAndLeftOnTheTissue) {
+    session.key("8");
+    session.press({0.05, 0, 0.1});
+    session.run(20);
+    session.move({0.05, 0, 0.11});
+    session.run(5);
+    session.key("p");
+    session.release({0.05, 0, 0.11});
+    session.run(10);
+    ASSERT_EQ(session.state().pulls.size(), 2U);
+    EXPECT_TRUE(session.state().pulls[0].pinned && session.state().pulls[1].pinned);
+    EXPECT_EQ(session.state().undo_count, 1U);
+    session.key("z", control_key);
+    EXPECT_TRUE(session.state().pulls.empty());
+    EXPECT_EQ(session.state().undo_count, 0U);
+    session.press({0.05, 0, 0.1});
+    session.run(15);
+    session.key("p");
+    session.release({0.05, 0, 0.1});
+    session.run(2);
+    ASSERT_EQ(session.state().pulls.size(), 2U);
+    session.press(session.state().pulls[0].target);
+    session.release(session.state().pulls[0].target);
+    session.run(2);
+    EXPECT_TRUE(session.state().pulls.empty()) << "a click takes them off";
+}
+
 TEST_F(ViewerTools, ChangingTheToolEndsWhatIsUnderWay) {
     session.key("4");
     session.press({0, 0, 0.1});

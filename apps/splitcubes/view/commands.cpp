@@ -76,6 +76,8 @@ Json command_json(const RecordedCommand& recorded) {
     if (!c.name.empty()) out["name"] = c.name;
     if (c.value != 0) out["value"] = c.value;
     if (c.radius != 0) out["radius"] = c.radius;
+    if (c.limit != 0) out["limit"] = c.limit;
+    if (c.partner != 0) out["partner"] = c.partner;
     for (const Vec3& p : c.points) out["points"].push_back(numbers(p));
     for (const Isometry& frame : c.frames) out["frames"].push_back(frame_numbers(frame));
     if (c.frames_per_step != 0) out["frames_per_step"] = c.frames_per_step;
@@ -98,6 +100,8 @@ RecordedCommand command_of(const Json& json) {
     c.name = json.value("name", "");
     c.value = json.value("value", 0.0);
     c.radius = json.value("radius", 0.0);
+    c.limit = json.value("limit", 0.0);
+    c.partner = json.value("partner", 0);
     c.frames_per_step = json.value("frames_per_step", 0);
     if (json.contains("points"))
         for (const Json& p : json["points"]) c.points.push_back(vector_of(p));

@@ -21,12 +21,17 @@ enum class CommandKind {
     begin_stroke,  // `slot`, `points`, `frames[0]`, `anchor`: lowers a blade
     move_stroke,   // `slot`, `frames`, `anchor`
     end_stroke,    // `slot`
-    begin_pull,    // `slot`, `anchor`, `frames[0]`: rotation of the material, `value`: stiffness, `radius`
-    move_pull,     // `slot`, `points[0]`: the target
-    end_pull,      // `slot`
-    pin,           // `slot`: the pull stays
-    unpin,         // `slot`
-    drop,          // blades and pulls that are under way, where time went on from an earlier step
+    // `slot`, `anchor`, `frames[0]`: rotation of the material, `value`: stiffness, `radius`. Of a jaw of
+    // forceps
+    // also `partner`, `limit`, `points[0]`: centre of its region from the anchor, rest space, `points[1]`:
+    // how
+    // it closes, world, `frames[1]`: the forceps, whose x axis goes from one jaw to the other.
+    begin_pull,
+    move_pull,  // `slot`, `points[0]`: the target
+    end_pull,   // `slot`
+    pin,        // `slot`: the pull stays
+    unpin,      // `slot`
+    drop,       // blades and pulls that are under way, where time went on from an earlier step
     // Commands of the simulation that are not recorded.
     restart,
     resume_at,        // `value`: the step to go on from
@@ -54,6 +59,8 @@ struct Command {
     std::string name{};
     double value = 0;
     double radius = 0;               // m, rest space
+    double limit = 0;                // N, of a jaw's force; 0: none
+    int partner = 0;                 // slot of the other jaw; 0: it is no jaw
     std::vector<Vec3> points{};      // m
     std::vector<Isometry> frames{};  // world from own, at even times of the next step
     int frames_per_step = 0;         // of a stroke that goes by itself; 0: all in the next step

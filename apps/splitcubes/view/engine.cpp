@@ -207,9 +207,7 @@ void Engine::carry_out(const Command& command) {
         case CommandKind::end_stroke:
             return strokes_.end(command.slot);
         case CommandKind::begin_pull:
-            if (command.anchor.body < bodies_.size())
-                pulls_.begin(command, bodies_[command.anchor.body], *simulation_, log_);
-            return;
+            return begin_pull(command);
         case CommandKind::move_pull:
             if (!command.points.empty()) pulls_.move(command.slot, command.points.front());
             return;
@@ -239,14 +237,25 @@ void Engine::carry_out(const Command& command) {
     }
 }
 
-// Undo goes back to before the stroke, blade and all.
-void Engine::begin_stroke(const Command& command) {
-    if (strokes_.empty() && !past_.is_shown) {
+// Undo goes back to before what is begun.
+void Engine::mark_undo_point() {
+    if (!past_.is_shown) {
         simulation_->mark_undo_point();
         past_.undone.clear();
     }
     log_.forget_undone();
+}
+
+void Engine::begin_stroke(const Command& command) {
+    if (strokes_.empty()) mark_undo_point();
     strokes_.begin(command, *simulation_, log_);
+}
+
+// Of forceps the first jaw is the one to undo.
+void Engine::begin_pull(const Command& command) {
+    if (command.anchor.body >= bodies_.size()) return;
+    if (command.partner > command.slot && strokes_.empty()) mark_undo_point();
+    pulls_.begin(command, bodies_[command.anchor.body], *simulation_, log_);
 }
 
 void Engine::change_materials(const std::function<void(MaterialSettings&)>& change) {
@@ -383,6 +392,7 @@ void Engine::step() {
         strokes_.take_forces(result);
         strokes_.after_step(*simulation_, log_);
         pulls_.take_forces(result);
+        if (pulls_.slips(*simulation_, log_)) notify("the forceps slipped off: more Grip holds more");
         scene_forces_.clear();
         if (driver_) driver_->append_forces(result, simulation_->time(), scene_forces_);
         statistics_ = {};

@@ -84,7 +84,9 @@ class Engine {
 
     void start();
     void carry_out(const Command& command);
+    void mark_undo_point();
     void begin_stroke(const Command& command);
+    void begin_pull(const Command& command);
     void set_parameter(std::size_t index, double value);
     void apply_preset(const std::string& name);
     void change_materials(const std::function<void(MaterialSettings&)>& change);

@@ -108,12 +108,19 @@ struct PullState {
     Vec3 at = Vec3::Zero();      // m, world, of the material
     Vec3 target = Vec3::Zero();  // m, world
     double force = 0;            // N
+    // Of a jaw of forceps.
+    int partner = 0;                        // slot of the other one; 0: it is no jaw
+    double limit = 0;                       // N, of the force
+    Isometry frame = Isometry::Identity();  // of the forceps, world from own, tip at the target
+    double width = 0, opening = 0;          // m, between the jaws when they are open, and now
+    bool is_at_limit() const { return limit > 0 && force > 0.98 * limit; }
 };
 
 /// A force of a tool or of a pull on a body.
 struct ForceState {
     Vec3 at = Vec3::Zero();     // m, world
     Vec3 force = Vec3::Zero();  // N, world
+    bool is_at_limit = false;   // it cannot be larger
 };
 
 /// A point where a body is pushed.

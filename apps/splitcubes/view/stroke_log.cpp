@@ -151,6 +151,7 @@ scene::HandleDescription handle_of(const LoggedPull& pull, const std::string& na
     out.region = scene::SphereRegion{pull.rest, pull.radius};
     out.pivot = pull.rest;
     out.stiffness = pull.stiffness;
+    if (pull.limit > 0) out.force_limit = pull.limit;
     out.from_time = pull.begin();
     if (std::isfinite(pull.end)) out.until_time = std::max(pull.end, pull.begin() + 1e-6);
     for (const StrokeSample& sample : thinned(pull.samples))

@@ -36,6 +36,7 @@ struct LoggedPull {
     Vec3 rest = Vec3::Zero();           // m, rest space, centre of the region
     double radius = 0;                  // m
     double stiffness = 0;               // N/m
+    double limit = 0;                   // N, of the force; 0: none
     std::vector<StrokeSample> samples;  // of the target: world from rest; `rest` is not used
     double end = std::numeric_limits<double>::infinity();  // s, when it let go
     double begin() const { return samples.front().time; }

@@ -3,10 +3,15 @@
 #include "vectors.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace splitcubes::view {
 
 namespace {
+
+constexpr double closing_time = 0.2;   // s, that jaws take
+constexpr double slip_share = 0.98;    // of the limit of the force, from which material slips
+constexpr double slip_openings = 0.75; // of the jaws, how far it has slid when it is out
 
 // Motion of the anchor since the command was made.
 Vec3 drift(const Command& command, const Simulation& simulation) {
@@ -143,39 +148,81 @@ void Strokes::append_blades(std::vector<std::vector<Vec3>>& out) const {
     }
 }
 
+Isometry Pulls::Pull::pose() const {
+    Isometry out = Isometry::Identity();
+    out.linear() = rotation;
+    out.translation() = target - rotation * point.rest;
+    if (jaw.partner != 0) out.translation() += jaw.closed * jaw.closing;
+    return out;
+}
+
+double Pulls::Pull::opening(double closed) const {
+    const Vec3 from_middle = rotation * jaw.offset + closed * jaw.closing;
+    return 2 * std::abs(from_middle.dot(jaw.frame.linear().col(0)));
+}
+
 void Pulls::begin(const Command& command, BodyId body, Simulation& simulation, StrokeLog& log) {
     if (command.frames.empty()) return;
-    end(command.slot, simulation, log);
+    if (command.partner != 0 && (command.frames.size() < 2 || command.points.size() < 2)) return;
+    let_go(command.slot, simulation, log);
     Pull pull;
+    if (command.partner != 0) {
+        pull.jaw = {.partner = command.partner,
+                    .limit = command.limit,
+                    .offset = command.points[0],
+                    .closing = command.points[1],
+                    .closed = 0,
+                    .frame = command.frames[1]};
+        pull.moved = true;
+    }
     pull.body = body;
     pull.point = command.anchor;
     pull.rotation = command.frames.front().linear();
     pull.at = present_position(command.anchor, simulation.surface(body)).value_or(command.anchor.world);
     pull.target = pull.at;
-    Isometry pose = Isometry::Identity();
-    pose.linear() = pull.rotation;
-    pose.translation() = pull.target - pull.rotation * pull.point.rest;
-    pull.handle =
-        simulation.add_handle(body, {.name = "viewer",
-                                     .region = SphereRegion{to_public(pull.point.rest), command.radius},
-                                     .pose = to_public(pose),
-                                     .stiffness = command.value});
+    if (pull.jaw.limit > 0)
+        pull.jaw.reach = 2 * pull.jaw.limit / command.value + slip_openings * pull.opening(0);
+    const Isometry pose = pull.pose();
+    const Vec3 centre = pull.point.rest + pull.jaw.offset;
+    HandleSettings settings{.name = "viewer",
+                            .region = SphereRegion{to_public(centre), command.radius},
+                            .pose = to_public(pose),
+                            .stiffness = command.value};
+    if (command.limit > 0) settings.force_limit = command.limit;
+    pull.handle = simulation.add_handle(body, settings);
     pull.logged = log.begin_pull({command.anchor.body,
-                                  pull.point.rest,
+                                  centre,
                                   command.radius,
                                   command.value,
+                                  command.limit,
                                   {{simulation.time(), pose, Isometry::Identity()}}});
     pulls_[command.slot] = pull;
+}
+
+Pulls::Pull* Pulls::partner_of(const Pull& pull) {
+    const auto it = pull.jaw.partner != 0 ? pulls_.find(pull.jaw.partner) : pulls_.end();
+    return it == pulls_.end() ? nullptr : &it->second;
 }
 
 void Pulls::move(int slot, const Vec3& target) {
     const auto it = pulls_.find(slot);
     if (it == pulls_.end()) return;
-    it->second.target = target;
-    it->second.moved = true;
+    for (Pull* pull : {&it->second, partner_of(it->second)}) {
+        if (pull == nullptr) continue;
+        pull->target = target;
+        pull->moved = true;
+    }
 }
 
 void Pulls::end(int slot, Simulation& simulation, StrokeLog& log) {
+    const auto it = pulls_.find(slot);
+    if (it == pulls_.end()) return;
+    const int partner = it->second.jaw.partner;
+    let_go(slot, simulation, log);
+    if (partner != 0) let_go(partner, simulation, log);
+}
+
+void Pulls::let_go(int slot, Simulation& simulation, StrokeLog& log) {
     const auto it = pulls_.find(slot);
     if (it == pulls_.end()) return;
     log.end_pull(it->second.logged, simulation.time());
@@ -184,20 +231,33 @@ void Pulls::end(int slot, Simulation& simulation, StrokeLog& log) {
 }
 
 void Pulls::set_pinned(int slot) {
-    if (const auto it = pulls_.find(slot); it != pulls_.end()) it->second.pinned = true;
+    const auto it = pulls_.find(slot);
+    if (it == pulls_.end()) return;
+    it->second.pinned = true;
+    if (Pull* partner = partner_of(it->second)) partner->pinned = true;
 }
 
 void Pulls::before_step(Simulation& simulation, StrokeLog& log) {
     for (auto& [slot, pull] : pulls_) {
         if (!pull.moved) continue;
-        pull.moved = false;
-        Isometry pose = Isometry::Identity();
-        pose.linear() = pull.rotation;
-        pose.translation() = pull.target - pull.rotation * pull.point.rest;
+        pull.jaw.closed = std::min(1.0, pull.jaw.closed + simulation.time_step() / closing_time);
+        pull.moved = pull.jaw.closed < 1;
+        const Isometry pose = pull.pose();
         const double time = simulation.time() + simulation.time_step();
         log.move_pull(pull.logged, {time, pose, Isometry::Identity()}, simulation.time());
         simulation.add_handle_pose(pull.handle, time, to_public(pose));
     }
+}
+
+bool Pulls::slips(Simulation& simulation, StrokeLog& log) {
+    for (const auto& [slot, pull] : pulls_) {
+        if (!(pull.jaw.limit > 0) || pull.force.norm() < slip_share * pull.jaw.limit) continue;
+        const std::optional<Vec3> at = present_position(pull.point, simulation.surface(pull.body));
+        if (!at || (pull.target - *at).norm() < pull.jaw.reach) continue;
+        end(slot, simulation, log);
+        return true;
+    }
+    return false;
 }
 
 void Pulls::after_travel(Simulation& simulation, StrokeLog& log) {
@@ -229,9 +289,21 @@ void Pulls::take_forces(const StepResult& result) {
             if (force.handle == pull.handle) pull.force = to_eigen(force.force);
 }
 
+// Jaws are one thing: what they squeeze with is no force on the whole.
 void Pulls::append_forces(std::vector<ForceState>& out) const {
-    for (const auto& [slot, pull] : pulls_)
-        if (pull.force.norm() > 0) out.push_back({pull.at, pull.force});
+    const auto strains = [](const Pull& pull) {
+        return pull.jaw.limit > 0 && pull.force.norm() > slip_share * pull.jaw.limit;
+    };
+    for (const auto& [slot, pull] : pulls_) {
+        const auto other = pull.jaw.partner != 0 ? pulls_.find(pull.jaw.partner) : pulls_.end();
+        if (other != pulls_.end() && other->first < slot) continue;
+        ForceState force{pull.at, pull.force, strains(pull)};
+        if (other != pulls_.end()) {
+            force.force += other->second.force;
+            force.is_at_limit = force.is_at_limit || strains(other->second);
+        }
+        if (force.force.norm() > 0) out.push_back(force);
+    }
 }
 
 double Pulls::total_force() const {
@@ -243,7 +315,16 @@ double Pulls::total_force() const {
 void Pulls::append_states(const Simulation& simulation, std::vector<PullState>& out) {
     for (auto& [slot, pull] : pulls_) {
         pull.at = present_position(pull.point, simulation.surface(pull.body)).value_or(pull.target);
-        out.push_back({slot, pull.pinned, pull.at, pull.target, pull.force.norm()});
+        PullState state{slot, pull.pinned, pull.at, pull.target, pull.force.norm()};
+        if (pull.jaw.partner != 0) {
+            state.partner = pull.jaw.partner;
+            state.limit = pull.jaw.limit;
+            state.frame = pull.jaw.frame;
+            state.frame.translation() = pull.target;
+            state.width = pull.opening(0);
+            state.opening = pull.opening(pull.jaw.closed);
+        }
+        out.push_back(state);
     }
 }
 

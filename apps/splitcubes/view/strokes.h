@@ -46,7 +46,9 @@ class Strokes {
     std::map<int, Stroke> strokes_;
 };
 
-/// Springs by slot that pull a ball of material, or pin it.
+/// Springs by slot that pull a ball of material, or pin it. Jaws of forceps are pairs of them: each pulls a
+/// ball beside the anchor, with a force of its own limit, and they close on what lies between; what is done
+/// to one is done to both.
 class Pulls {
   public:
     void begin(const Command& command, BodyId body, Simulation& simulation, StrokeLog& log);
@@ -54,6 +56,8 @@ class Pulls {
     void end(int slot, Simulation& simulation, StrokeLog& log);
     void set_pinned(int slot);
     void before_step(Simulation& simulation, StrokeLog& log);
+    /// Lets go of what has slipped out of forceps, and returns whether it did.
+    bool slips(Simulation& simulation, StrokeLog& log);
     /// Keeps those that the simulation still has, and lets go of those that are not pinned.
     void after_travel(Simulation& simulation, StrokeLog& log);
     bool is_idle() const;  // nothing but pins
@@ -65,6 +69,15 @@ class Pulls {
     void append_forces(std::vector<ForceState>& out) const;
 
   private:
+    struct Jaw {
+        int partner = 0;                        // slot; 0: it is none
+        double limit = 0;                       // N
+        double reach = 0;                       // m, from material to target, beyond which it slips
+        Vec3 offset = Vec3::Zero();             // m, rest space, of its region from the anchor
+        Vec3 closing = Vec3::Zero();            // m, world, when it has closed
+        double closed = 1;                      // share of that
+        Isometry frame = Isometry::Identity();  // of the forceps when they were set
+    };
     struct Pull {
         HandleId handle;
         BodyId body;
@@ -75,7 +88,13 @@ class Pulls {
         Vec3 force = Vec3::Zero();  // N, on the body
         Vec3 at = Vec3::Zero();
         std::size_t logged = 0;
+        Jaw jaw;
+
+        Isometry pose() const;  // world from rest
+        double opening(double closed) const;
     };
+    void let_go(int slot, Simulation& simulation, StrokeLog& log);
+    Pull* partner_of(const Pull& pull);
     std::map<int, Pull> pulls_;
 };
 

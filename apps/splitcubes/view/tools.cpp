@@ -18,6 +18,9 @@ constexpr std::array<ToolInfo, tool_count> tools = {{
     {"Tear", "5", "Pull until the material breaks"},
     {"Free blade", "6", "Cuts while the button is down; wheel: nearer or farther; W A S D Q E: turn it"},
     {"Pin", "7", "Click: hold the material there; click a pin: let go"},
+    {"Forceps", "8",
+     "Two jaws close on the tissue and hold it up to their force; wheel: nearer or farther; P: leave "
+     "them there; click them: take them off"},
 }};
 
 constexpr int blade_slot = 0, upper_slot = 1, lower_slot = 2;
@@ -30,6 +33,12 @@ constexpr double wheel_share = 0.05;                       // of the depth, a no
 constexpr double turn_step = 0.09;                         // rad, a key press
 constexpr double pull_radius = 1.3;                        // phyxel spacings
 constexpr double grab_stiffness = 4, tear_stiffness = 40;  // times Young's modulus times the radius
+constexpr double jaw_stiffness = 2;       // of each jaw, times Young's modulus times the radius
+constexpr double grip_share = 1;          // of Young's modulus times the radius squared: what forceps hold
+constexpr double closing_share = 0.3;     // of half the opening, by which each jaw closes
+constexpr double squeeze_share = 0.4;     // of the force up to which they hold, at most
+constexpr double jaw_depth = 0.4;         // of the opening, below the surface
+constexpr double forceps_lean = 0.45;     // of the shanks, upwards in the picture
 constexpr double default_strength = 0.2;  // of Young's modulus, for tearing what does not tear
 constexpr double cells_outside = 2;       // that blades reach out of the surface
 constexpr double normal_memory = 0.6;     // of the scalpel's direction, from pick to pick
@@ -80,6 +89,7 @@ void Tools::select(ToolKind kind, std::vector<Command>& out) {
     kind_ = kind;
     shift_ = Vec3::Zero();
     scalpel_.reset();
+    forceps_.reset();
 }
 
 void Tools::suit(double body_size) {
@@ -89,6 +99,7 @@ void Tools::suit(double body_size) {
     settings.scalpel_depth = 0.08 * body_size;
     settings.scissors_length = 0.2 * body_size;
     settings.blade_length = 0.6 * body_size;
+    settings.forceps_width = 0.08 * body_size;
     has_depth_ = false;
 }
 
@@ -220,13 +231,69 @@ void Tools::move_pull(const ToolContext& context, std::vector<Command>& out) {
     out.push_back(std::move(command));
 }
 
-void Tools::toggle_pin(const ToolContext& context, std::vector<Command>& out) {
+bool Tools::take_pin_off(const ToolContext& context, std::vector<Command>& out) const {
     for (const PullState& pull : context.state.pulls) {
         const Vec3 at = context.camera.project(pull.target, context.size);
         if (!pull.pinned || std::hypot(at.x() - x_, at.y() - y_) > pin_reach) continue;
         out.push_back(blade_command(CommandKind::unpin, pull.slot));
-        return;
+        return true;
     }
+    return false;
+}
+
+bool Tools::is_pull() const {
+    return kind_ == ToolKind::grab || kind_ == ToolKind::tear || kind_ == ToolKind::forceps;
+}
+
+// The jaws lie beside each other in the picture, the shanks lean out of the surface.
+Isometry Tools::forceps_frame(const Pick& hit, const ToolContext& context) const {
+    const Vec3 out = (hit.normal + forceps_lean * context.camera.up()).normalized();
+    return frame_at(hit.point.world, axes_along(out, context.camera.right()));
+}
+
+double Tools::jaw_radius(const PublishedState& state) const {
+    return std::max(state.parameters[phyxel_spacing], 0.45 * settings.forceps_width);
+}
+
+double Tools::grip_limit(const PublishedState& state) const {
+    const double radius = jaw_radius(state);
+    return settings.forceps_grip * grip_share * state.parameters[youngs_modulus] * radius * radius;
+}
+
+void Tools::begin_grip(const ToolContext& context, std::vector<Command>& out) {
+    busy_ = false;
+    if (take_pin_off(context, out)) return;
+    const std::optional<Pick> hit = pick(context.state, context.camera.ray(x_, y_, context.size));
+    if (!hit) return;
+    busy_ = true;
+    slot_ = next_slot_;
+    next_slot_ += 2;
+    const Isometry frame = forceps_frame(*hit, context);
+    const double radius = jaw_radius(context.state), half = 0.5 * settings.forceps_width;
+    for (const int side : {1, -1}) {
+        Command command = blade_command(CommandKind::begin_pull, side > 0 ? slot_ : slot_ + 1);
+        command.partner = side > 0 ? slot_ + 1 : slot_;
+        command.anchor = hit->point;
+        command.has_anchor = true;
+        command.frames = {frame_at(Vec3::Zero(), hit->world_from_rest), frame};
+        command.radius = radius;
+        command.value = jaw_stiffness * context.state.parameters[youngs_modulus] * radius;
+        command.limit = 0.5 * grip_limit(context.state);
+        const Vec3 across = side * half * frame.linear().col(0);
+        const Vec3 offset = across - jaw_depth * settings.forceps_width * hit->normal;
+        // They do not squeeze with all that they hold.
+        const double closing = std::min(closing_share * half, squeeze_share * command.limit / command.value);
+        command.points = {hit->world_from_rest.transpose() * offset,
+                          -side * closing * frame.linear().col(0)};
+        out.push_back(std::move(command));
+    }
+    depth_ = (hit->point.world - context.camera.eye()).dot(context.camera.forward());
+    has_depth_ = true;
+    pinned_ = false;
+}
+
+void Tools::toggle_pin(const ToolContext& context, std::vector<Command>& out) {
+    if (take_pin_off(context, out)) return;
     begin_pull(context, out);
     if (busy_) out.push_back(blade_command(CommandKind::pin, slot_));
     busy_ = false;
@@ -283,6 +350,8 @@ void Tools::press(double x, double y, const ToolContext& context, std::vector<Co
         case ToolKind::grab:
         case ToolKind::tear:
             return begin_pull(context, out);
+        case ToolKind::forceps:
+            return begin_grip(context, out);
         case ToolKind::pin:
             return toggle_pin(context, out);
     }
@@ -292,8 +361,13 @@ void Tools::move(double x, double y, const ToolContext& context, std::vector<Com
     x_ = x;
     y_ = y;
     if (kind_ == ToolKind::scalpel && !busy_ && !scalpel_pose(context)) scalpel_.reset();
+    if (kind_ == ToolKind::forceps && !busy_) {
+        const std::optional<Pick> hit = pick(context.state, context.camera.ray(x_, y_, context.size));
+        forceps_.reset();
+        if (hit) forceps_ = forceps_frame(*hit, context);
+    }
     if (!busy_) return;
-    if (kind_ == ToolKind::grab || kind_ == ToolKind::tear) return move_pull(context, out);
+    if (is_pull()) return move_pull(context, out);
     if (kind_ == ToolKind::scissors || kind_ == ToolKind::pin) return;
     lowered_ ? move_blade(context, out) : begin_blade(context, out);
 }
@@ -305,20 +379,18 @@ void Tools::release(const ToolContext& context, std::vector<Command>& out) {
 
 void Tools::cancel(std::vector<Command>& out) {
     if (lowered_) out.push_back(blade_command(CommandKind::end_stroke, blade_slot));
-    if (busy_ && !pinned_ && (kind_ == ToolKind::grab || kind_ == ToolKind::tear))
-        out.push_back(blade_command(CommandKind::end_pull, slot_));
+    if (busy_ && !pinned_ && is_pull()) out.push_back(blade_command(CommandKind::end_pull, slot_));
     lowered_ = busy_ = pinned_ = false;
     trail_.clear();
     start_.reset();
 }
 
 bool Tools::wheel(double notches, const ToolContext& context, std::vector<Command>& out) {
-    const bool is_pull = kind_ == ToolKind::grab || kind_ == ToolKind::tear;
-    if (!(kind_ == ToolKind::free_blade || (is_pull && busy_))) return false;
+    if (!(kind_ == ToolKind::free_blade || (is_pull() && busy_))) return false;
     if (!has_depth_) depth_ = context.camera.distance;
     has_depth_ = true;
     depth_ = std::max(1e-6, depth_ + notches * wheel_share * context.camera.distance);
-    if (is_pull) move_pull(context, out);
+    if (is_pull()) move_pull(context, out);
     if (lowered_) move_blade(context, out);
     return true;
 }
@@ -331,7 +403,7 @@ void Tools::six_axis(const std::array<double, 6>& axes, const ToolContext& conte
 }
 
 bool Tools::key(const std::string& name, const ToolContext& context, std::vector<Command>& out) {
-    if (name == "p" && busy_ && (kind_ == ToolKind::grab || kind_ == ToolKind::tear)) {
+    if (name == "p" && busy_ && is_pull()) {
         out.push_back(blade_command(CommandKind::pin, slot_));
         pinned_ = true;
         return true;
@@ -346,6 +418,14 @@ bool Tools::key(const std::string& name, const ToolContext& context, std::vector
 }
 
 std::optional<HandInstrument> Tools::instrument(const ToolContext& context) const {
+    if (kind_ == ToolKind::forceps) {
+        if (busy_ || !forceps_) return std::nullopt;  // those that hold are in the state
+        HandInstrument out;
+        out.kind = kind_;
+        out.opening = settings.forceps_width;
+        out.frame = *forceps_;
+        return out;
+    }
     const bool is_free = kind_ == ToolKind::free_blade;
     if (!is_free && !(kind_ == ToolKind::scalpel && scalpel_)) return std::nullopt;
     const std::vector<Vec3> edge = blade_points(context);
@@ -360,7 +440,8 @@ std::optional<HandInstrument> Tools::instrument(const ToolContext& context) cons
 std::vector<OverlayLine> Tools::overlay(const ToolContext& context) const {
     std::vector<OverlayLine> out;
     for (const std::vector<Vec3>& blade : context.state.blades) out.push_back({blade, true});
-    for (const PullState& pull : context.state.pulls) out.push_back({{pull.at, pull.target}, true});
+    for (const PullState& pull : context.state.pulls)
+        if (pull.partner == 0) out.push_back({{pull.at, pull.target}, true});
     if (lowered_ && kind_ != ToolKind::free_blade && trail_.size() > 1) out.push_back({trail_, false});
     if (kind_ == ToolKind::free_blade && !lowered_) {
         OverlayLine line;

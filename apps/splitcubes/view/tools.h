@@ -13,13 +13,13 @@
 
 namespace splitcubes::view {
 
-enum class ToolKind { knife, scalpel, scissors, grab, tear, free_blade, pin };
+enum class ToolKind { knife, scalpel, scissors, grab, tear, free_blade, pin, forceps };
 
 /// Name, key and one line of help of a tool.
 struct ToolInfo {
     std::string_view name, key, help;
 };
-inline constexpr std::size_t tool_count = 7;
+inline constexpr std::size_t tool_count = 8;
 const std::array<ToolInfo, tool_count>& tool_list();
 
 /// Settings of the tools; lengths in metres.
@@ -29,8 +29,10 @@ struct ToolSettingsOfUser {
     double scalpel_depth = 0.01;
     double scalpel_tilt = 0;  // degrees, sideways
     double scissors_length = 0.03;
-    double pull_strength = 1;   // factor on the spring of grab and tear
-    double blade_length = 0.1;  // of the free blade
+    double pull_strength = 1;     // factor on the spring of grab and tear
+    double blade_length = 0.1;    // of the free blade
+    double forceps_width = 0.02;  // between the open jaws
+    double forceps_grip = 1;      // factor on the force up to which forceps hold
 };
 
 /// State and view that a tool works in.
@@ -52,6 +54,7 @@ struct HandInstrument {
     Vec3 from = Vec3::Zero(), to = Vec3::UnitZ();  // m, own frame, of the edge
     Vec3 back = -Vec3::UnitX();                    // own frame, from the edge to the back
     double handle = 0;                             // m, its length
+    double opening = 0;                            // m, between the jaws of forceps
     Isometry frame = Isometry::Identity();         // world from own
 };
 
@@ -76,7 +79,9 @@ class Tools {
     void cancel(std::vector<Command>& out);
     bool is_busy() const { return busy_; }
     std::vector<OverlayLine> overlay(const ToolContext& context) const;
-    /// The scalpel or the free blade where the pointer is.
+    /// Returns the force up to which forceps hold, N.
+    double grip_limit(const PublishedState& state) const;
+    /// The scalpel, the free blade or open forceps where the pointer is.
     std::optional<HandInstrument> instrument(const ToolContext& context) const;
 
     ToolSettingsOfUser settings;
@@ -96,6 +101,11 @@ class Tools {
     void begin_pull(const ToolContext& context, std::vector<Command>& out);
     void move_pull(const ToolContext& context, std::vector<Command>& out);
     void toggle_pin(const ToolContext& context, std::vector<Command>& out);
+    bool take_pin_off(const ToolContext& context, std::vector<Command>& out) const;
+    Isometry forceps_frame(const Pick& hit, const ToolContext& context) const;
+    double jaw_radius(const PublishedState& state) const;
+    void begin_grip(const ToolContext& context, std::vector<Command>& out);
+    bool is_pull() const;
     void snip(const ToolContext& context, std::vector<Command>& out);
     Vec3 point_at_depth(const ToolContext& context, double depth) const;
 
@@ -112,9 +122,10 @@ class Tools {
     int next_slot_ = 10;         // of pulls; blades have those below
     int slot_ = 0;
     bool pinned_ = false;
-    std::optional<Isometry> scalpel_;  // world from own, where the pointer was over a body last
-    Vec3 angles_ = Vec3::Zero();       // rad, of the free blade: roll, pitch, yaw
-    Vec3 shift_ = Vec3::Zero();        // m, of the free blade from the pointer: right, up, towards the eye
+    // World from own, where the pointer was over a body last.
+    std::optional<Isometry> scalpel_, forceps_;
+    Vec3 angles_ = Vec3::Zero();  // rad, of the free blade: roll, pitch, yaw
+    Vec3 shift_ = Vec3::Zero();   // m, of the free blade from the pointer: right, up, towards the eye
 };
 
 }  // namespace splitcubes::view

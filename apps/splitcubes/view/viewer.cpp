@@ -67,6 +67,8 @@ const std::vector<Viewer::Slot>& Viewer::slots() {
         slot("scissors_length", number(&ToolSettingsOfUser::scissors_length)),
         slot("pull_strength", number(&ToolSettingsOfUser::pull_strength)),
         slot("blade_length", number(&ToolSettingsOfUser::blade_length)),
+        slot("forceps_width", number(&ToolSettingsOfUser::forceps_width)),
+        slot("forceps_grip", number(&ToolSettingsOfUser::forceps_grip)),
         {"speed", [](const V& v) { return v.speed_; },
          [](V& v, double value) {
              v.speed_ = std::clamp(value, 0.01, 4.0);
@@ -87,8 +89,8 @@ const std::vector<Viewer::Slot>& Viewer::slots() {
 
 // Lengths of tools follow the body, and the rest belongs to a session.
 std::vector<std::string> Viewer::kept_settings() {
-    return {"shadows", "panels",    "wireframe",     "phyxels",      "links",        "contacts",
-            "forces",  "colouring", "knife_through", "scalpel_tilt", "pull_strength"};
+    return {"shadows", "panels",    "wireframe",     "phyxels",      "links",         "contacts",
+            "forces",  "colouring", "knife_through", "scalpel_tilt", "pull_strength", "forceps_grip"};
 }
 
 Viewer::Viewer() = default;

@@ -99,6 +99,30 @@ TEST_F(ToolPixels, LengthsOfToolsAreSeen) {
     EXPECT_NE(picture().rgb, deep.rgb);
 }
 
+TEST_F(ToolPixels, ForcepsAreSolidAndRedWhenTheyHoldWithAllTheirForce) {
+    session->set("forces", 0);
+    const render::Picture without = picture();
+    session->key("8");
+    session->move(top);
+    session->frame();
+    const render::Picture open = picture();
+    EXPECT_NE(open.rgb, without.rgb) << "they are open over the tissue";
+    session->set("forceps_grip", 0.3);
+    stroke({top}, false);
+    session->run(15);
+    EXPECT_NE(picture().rgb, open.rgb);
+    EXPECT_LT(count(is_red), 20U);
+    for (int k = 1; k <= 12 && count(is_red) < 60; ++k) {
+        session->move(top + Vec3(0, 0, 0.004 * k));
+        session->frame();
+    }
+    EXPECT_GT(count(is_red), 60U);
+    session->set("forces", 1);
+    picture();
+    ASSERT_EQ(renderer->labels().size(), 1U);
+    EXPECT_NE(renderer->labels()[0].text.find("all that it holds"), std::string::npos);
+}
+
 TEST_F(ToolPixels, PinsAreGreenCrosses) {
     session->key("7");
     stroke({top});

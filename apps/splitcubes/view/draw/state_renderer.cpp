@@ -1,5 +1,7 @@
 #include "state_renderer.h"
 
+#include "forceps.h"
+
 #include <splitcubes/geometry/shapes.h>
 #include <splitcubes/scene/instrument.h>
 #include <splitcubes/scene/loft.h>
@@ -232,7 +234,8 @@ void StateRenderer::add_forces(const Viewer& viewer) {
         const double length = size * (0.3 + 0.7 * share);
         add_arrow(viewer, force.at, force.force, length, force_line);
         labels_.push_back(
-            {force.at + 1.1 * length * force.force.normalized(), force_text(force.force.norm())});
+            {force.at + 1.1 * length * force.force.normalized(),
+             force_text(force.force.norm()) + (force.is_at_limit ? ", all that it holds" : "")});
     }
 }
 
@@ -315,6 +318,7 @@ void StateRenderer::add_lines(const Viewer& viewer) {
                  0.45 * viewer.camera().distance);
     // Ends of pulls are crosses of a size in pixels.
     for (const PullState& pull : viewer.state()->pulls) {
+        if (pull.partner != 0 && (!pull.pinned || pull.partner < pull.slot)) continue;
         const double depth = (pull.target - viewer.camera().eye()).dot(viewer.camera().forward());
         const double half = 6 * viewer.camera().pixel_size(std::max(depth, 1e-6), viewer.size());
         for (const Vec3& axis : {viewer.camera().right(), viewer.camera().up()})
@@ -351,13 +355,28 @@ void StateRenderer::add_colliders(const PublishedState& state) {
     }
 }
 
+void StateRenderer::add_parts(const std::vector<scene::InstrumentPart>& parts, const Isometry& frame) {
+    for (const scene::InstrumentPart& part : parts) {
+        geometry::TriangleMesh mesh = part.mesh;
+        for (Vec3& p : mesh.positions) p = frame * p;
+        render::add_mesh(list_, mesh, part.finish, part.mesh.positions);
+    }
+}
+
+// A pair of jaws is drawn once.
+void StateRenderer::add_forceps(const PublishedState& state) {
+    for (const PullState& jaw : state.pulls) {
+        if (jaw.partner <= jaw.slot) continue;
+        bool is_strained = false;
+        for (const PullState& one : state.pulls)
+            is_strained |= (one.slot == jaw.slot || one.slot == jaw.partner) && one.is_at_limit();
+        add_parts(forceps_parts(jaw.width, jaw.opening, is_strained), jaw.frame);
+    }
+}
+
 void StateRenderer::add_instruments(const PublishedState& state) {
     for (const InstrumentState& instrument : state.instruments)
-        for (const scene::InstrumentPart& part : *instrument.parts) {
-            geometry::TriangleMesh mesh = part.mesh;
-            for (Vec3& p : mesh.positions) p = instrument.frame * p;
-            render::add_mesh(list_, mesh, part.finish, part.mesh.positions);
-        }
+        add_parts(*instrument.parts, instrument.frame);
     for (const RodState& rod : state.rods) {
         geometry::TriangleMesh mesh = geometry::make_sphere(rod.radius, 3);
         for (Vec3& p : mesh.positions) p += rod.target;
@@ -372,6 +391,8 @@ void StateRenderer::add_hand_instrument(const Viewer& viewer) {
     if (viewer.shows_run() || viewer.scrubbed()) return;
     const std::optional<HandInstrument> hand = viewer.tools().instrument(viewer.context());
     if (!hand) return;
+    if (hand->kind == ToolKind::forceps)
+        return add_parts(forceps_parts(hand->opening, hand->opening, false), hand->frame);
     if (hand_parts_.empty() || hand->kind != hand_.kind || hand->from != hand_.from || hand->to != hand_.to) {
         scene::ToolDescription tool;
         tool.name = "hand";
@@ -388,11 +409,7 @@ void StateRenderer::add_hand_instrument(const Viewer& viewer) {
         hand_parts_ = scene::instrument_parts(tool);
     }
     hand_ = *hand;
-    for (const scene::InstrumentPart& part : hand_parts_) {
-        geometry::TriangleMesh mesh = part.mesh;
-        for (Vec3& p : mesh.positions) p = hand->frame * p;
-        render::add_mesh(list_, mesh, part.finish, part.mesh.positions);
-    }
+    add_parts(hand_parts_, hand->frame);
 }
 
 void StateRenderer::make_list(const Viewer& viewer) {
@@ -405,6 +422,7 @@ void StateRenderer::make_list(const Viewer& viewer) {
     for (const BodyBuffers& body : bodies_) list_.surfaces.push_back(&body.surface);
     add_colliders(state);
     add_instruments(state);
+    add_forceps(state);
     add_hand_instrument(viewer);
     list_.hatch_period = 0.015 * viewer.bounds().size().norm();
     add_lines(viewer);

@@ -72,7 +72,9 @@ class StateRenderer {
     void add_lines(const Viewer& viewer);
     void add_points(const Viewer& viewer);
     void add_colliders(const PublishedState& state);
+    void add_parts(const std::vector<scene::InstrumentPart>& parts, const Isometry& frame);
     void add_instruments(const PublishedState& state);
+    void add_forceps(const PublishedState& state);
     void add_hand_instrument(const Viewer& viewer);
     void make_list(const Viewer& viewer);
 

@@ -124,7 +124,7 @@ void Panels::tool_bar(const Viewer& viewer) {
             out_->push_back({.kind = InputKind::key, .name = std::string(tool.key)});
         tooltip(tool.help);
     }
-    ImGui::SameLine();
+    if (tool_count % 2 == 1) ImGui::SameLine();
     if (ImGui::Button("F1  Help", {width, 0})) set("help", viewer.setting("help") == 0 ? 1 : 0);
 }
 
@@ -149,6 +149,11 @@ void Panels::tool_settings(const Viewer& viewer) {
             break;
         case ToolKind::free_blade:
             slider(viewer, "Length, m", "blade_length", 0.05 * size, 2 * size, "%.4f");
+            break;
+        case ToolKind::forceps:
+            slider(viewer, "Opening, m", "forceps_width", 0.01 * size, 0.4 * size, "%.4f");
+            slider(viewer, "Grip", "forceps_grip", 0.05, 20, "%.2f", true);
+            ImGui::Text("Holds up to %.3g N", viewer.tools().grip_limit(*viewer.state()));
             break;
         default:
             slider(viewer, "Strength", "pull_strength", 0.1, 10, "%.2f", true);
