@@ -127,6 +127,78 @@ TEST_F(Past, IsMadeAgainOnBothSidesOfAnUndo) {
     EXPECT_EQ(session.hash(), now);
 }
 
+// No state but the ends is kept: every step is made from the first one, through all undos and redos.
+TEST_F(Past, IsMadeAgainThroughUndoAndRedoFromWhatIsLeft) {
+    const TemporaryFolder other("past-thin");
+    HandSession thin(write_block_scene(other.path, "", 8, 50), {.threads = 2, .timeline_bytes = 1});
+    std::vector<State> states;
+    const auto note_state = [&] {
+        states.resize(static_cast<std::size_t>(thin.state().step));
+        states.push_back(thin.viewer.state());
+    };
+    const auto run_on = [&](int frames) {
+        for (int k = 0; k < frames; ++k) {
+            thin.frame();
+            note_state();
+        }
+    };
+    const auto drag_on = [&](const char* tool, const Vec3& from, const Vec3& to, bool pins = false) {
+        thin.key(tool);
+        thin.press(from);
+        for (int k = 1; k <= 10; ++k) {
+            thin.move(from + (to - from) * k / 10);
+            run_on(1);
+        }
+        if (pins) thin.key("p");
+        thin.release(to);
+        run_on(4);
+    };
+    const auto travel = [&](const char* key) {
+        thin.key(key, control_key);
+        note_state();
+        run_on(5);
+    };
+    thin.key("space");
+    note_state();
+    run_on(3);
+    drag_on("4", {-0.06, 0.06, 0.1}, {-0.06, 0.06, 0.12}, true);
+    drag_on("1", past_from, past_to);
+    travel("z");
+    drag_on("8", {0.06, 0, 0.1}, {0.06, 0, 0.11}, true);
+    drag_on("1", {-0.16, 0.02, 0.1}, {0.16, 0.02, 0.1});
+    travel("z");
+    travel("z");
+    travel("y");
+    travel("y");
+    drag_on("4", {0.06, -0.06, 0.1}, {0.06, -0.06, 0.13});
+    travel("z");
+    run_on(6);
+    Engine& engine = *thin.loop.engine();
+    EXPECT_LE(engine.kept_steps().size(), 2U);
+    const std::uint64_t now = thin.hash();
+    for (std::int64_t step = 1; step < thin.state().step; step += 4) {
+        const auto past = engine.look_back(step, is_always_wanted);
+        ASSERT_TRUE(past) << step;
+        expect_same(*past, *states[static_cast<std::size_t>(step)]);
+    }
+    EXPECT_EQ(thin.hash(), now);
+    // Going on from there is the same, and the recording of it, too.
+    const std::int64_t step = thin.state().step - 13;  // before the last undo
+    thin.set("timeline", static_cast<double>(step));
+    thin.act("resume");
+    EXPECT_EQ(thin.state().step, step);
+    expect_same(thin.state(), *states[static_cast<std::size_t>(step)]);
+    thin.key("space");
+    thin.run(6);
+    const std::string file = other.path / "thin.jsonl";
+    thin.act("save_recording", file);
+    const std::int64_t steps = thin.state().step;
+    HandSession again(file);
+    again.key("space");
+    while (again.state().step < steps) again.frame();
+    EXPECT_EQ(again.hash(), thin.hash());
+}
+
 TEST_F(Past, OfASceneWithToolsAndHandlesIsMadeAgain) {
     const TemporaryFolder other("past-scene");
     session.act("open", write_block_scene(other.path, R"(,

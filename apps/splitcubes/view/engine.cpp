@@ -103,8 +103,7 @@ void Engine::start() {
     log_.clear();
     curve_.clear();
     scene_forces_.clear();
-    past_.kept.clear();
-    past_.undone.clear();
+    past_ = {};
     initial_.clear();
     for (const auto& [index, value] : changed_) initial_[std::string(parameter_list()[index].name)] = value;
     statistics_ = {};
@@ -184,8 +183,8 @@ void Engine::apply(const Command& command) {
         // One that does nothing could do something where the recording is repeated.
         if (travels && !travel(command.kind == CommandKind::undo)) return;
         if (!travels) carry_out(command);
-        if (is_recorded(command.kind)) recorded_.push_back({step_, command});
-        // A repetition of what was done needs nothing from before it.
+        // A repetition is recorded already.
+        if (is_recorded(command.kind) && !past_.is_shown) recorded_.push_back({step_, command});
         if (travels) keep_state(true);
     } catch (const std::exception& error) {
         notify(error.what());
@@ -242,6 +241,10 @@ void Engine::mark_undo_point() {
     if (!past_.is_shown) {
         simulation_->mark_undo_point();
         past_.undone.clear();
+        past_.marks.push_back({recorded_.size(), step_});
+        // The history drops the oldest states where memory ends.
+        const std::size_t count = std::min(past_.marks.size(), simulation_->undo_count());
+        past_.marks.erase(past_.marks.begin(), past_.marks.end() - static_cast<std::ptrdiff_t>(count));
     }
     log_.forget_undone();
 }
@@ -346,29 +349,25 @@ double Engine::parameter_value(std::size_t index) const {
 
 // Gestures that are under way belong to the state that is left.
 bool Engine::travel(bool back) {
-    const auto here = driver_ ? std::make_shared<const SceneDriver>(*driver_) : nullptr;
+    auto left = driver_ ? std::make_shared<const SceneDriver>(*driver_) : nullptr;
     if (!(back ? simulation_->undo() : simulation_->redo())) {
         notify(back ? "there is nothing to undo" : "there is nothing to redo");
         return false;
     }
     back ? log_.go_back(simulation_->time()) : log_.go_forward(simulation_->time());
-    if (back) {
-        past_.undone.push_back(here);
-        if (driver_) driver_->go_back(*simulation_);
-    }
-    if (!back && !past_.undone.empty()) {
-        if (past_.undone.back()) driver_ = std::make_unique<SceneDriver>(*past_.undone.back());
-        past_.undone.pop_back();
-    }
-    forget_gestures();
+    note_travel(back, std::move(left));
     return true;
 }
 
 void Engine::forget_gestures() {
     strokes_.clear();
+    pulls_.after_travel(*simulation_, log_);
+    remove_unowned();
+}
+
+void Engine::remove_unowned() {
     for (const ToolId tool : simulation_->tools())
         if (!driver_ || !driver_->owns(tool)) simulation_->remove_tool(tool);
-    pulls_.after_travel(*simulation_, log_);
     for (const HandleId handle : simulation_->handles())
         if (!pulls_.owns(handle) && (!driver_ || !driver_->owns(handle))) simulation_->remove_handle(handle);
 }

@@ -71,6 +71,32 @@ class Engine {
         std::int64_t number;                        // of steps and travels until then
         std::vector<EdgeTimes> edge_times;          // a body
     };
+    /// A command before which undo goes back, and the step at which it came.
+    struct Mark {
+        std::size_t command;  // its number among those recorded
+        std::int64_t step;
+    };
+    /// An undo or redo: it led to an earlier state.
+    struct Travel {
+        std::size_t command;
+        Mark to;
+        bool is_undo;
+        Pulls pulls;  // that were left
+    };
+    /// A state to redo.
+    struct Undone {
+        std::shared_ptr<const SceneDriver> driver;
+        Mark undo;                          // before which it was
+        Mark mark;                          // to which that went back
+        std::vector<EdgeTimes> edge_times;  // a body
+    };
+    /// A part of the way to a state: from a kept state, or from where a travel led.
+    struct Leg {
+        const Kept* kept;
+        const Travel* travel;           // null: from `kept`
+        std::size_t command, commands;  // the first one to carry out, and the one behind the last
+        std::int64_t step;              // its end
+    };
     struct Present;
     struct BodyRecord {
         std::shared_ptr<const SurfaceTopology> topology;
@@ -96,14 +122,20 @@ class Engine {
     void save_surfaces(const std::string& file) const;
     scene::SceneDescription scene_with_strokes() const;
     bool travel(bool back);
+    void note_travel(bool back, std::shared_ptr<const SceneDriver> left);
     void forget_gestures();
+    void remove_unowned();
     void resume_at(std::int64_t step);
     void run_script();
     void keep_state(bool at_once);
+    std::vector<EdgeTimes> edge_times() const;
+    void set_edge_times(const std::vector<EdgeTimes>& times);
     void note_births();
     void become(const Kept& kept);
-    bool repeat(const std::vector<RecordedCommand>& commands, std::int64_t step,
-                const std::function<bool()>& is_wanted);
+    std::size_t commands_until(std::int64_t step) const;
+    std::vector<Leg> way_to(std::int64_t step) const;
+    void repeat_travel(const Travel& travel);
+    bool go(const std::vector<Leg>& way, const std::function<bool()>& is_wanted);
     void save_pieces(const std::string& folder) const;
     double parameter_value(std::size_t index) const;
     BodySettings started_settings(const BodySettings& settings) const;
@@ -136,9 +168,11 @@ class Engine {
     std::vector<RecordedCommand> recorded_;
     struct Past {
         std::deque<Kept> kept;
-        std::int64_t travels = 0;                                // undos and redos
-        std::vector<std::shared_ptr<const SceneDriver>> undone;  // of the states to redo, the next one last
-        bool is_shown = false;                                   // for a moment
+        std::int64_t count = 0;      // of undos and redos
+        std::vector<Mark> marks;     // the next one last
+        std::vector<Undone> undone;  // the next one last
+        std::vector<Travel> travels;
+        bool is_shown = false;  // for a moment
     };
     Past past_;
     Field field_ = Field::none;

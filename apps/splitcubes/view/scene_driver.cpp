@@ -202,6 +202,12 @@ void SceneDriver::advance_course(const Simulation& simulation) {
     course_.forget_before(simulation.time() - simulation.time_step());
 }
 
+void SceneDriver::go_back(const Simulation& simulation) {
+    if (!course_.depends_on_state()) return;
+    const CourseSamples samples(simulation, bodies_, course_.reads_samples());
+    course_.go_back(simulation.time(), simulation.time_step(), samples.bodies());
+}
+
 void SceneDriver::advance(Simulation& simulation) {
     advance_course(simulation);
     const double from = simulation.time(), to = from + simulation.time_step();

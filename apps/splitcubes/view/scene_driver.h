@@ -34,9 +34,7 @@ class SceneDriver {
     /// Before each step.
     void advance(Simulation& simulation);
     /// After the simulation has gone back in time.
-    void go_back(const Simulation& simulation) {
-        course_.forget_after(simulation.time() + 0.5 * simulation.time_step());
-    }
+    void go_back(const Simulation& simulation);
     const scene::Course& course() const { return course_; }
     bool owns(ToolId tool) const;
     bool owns(HandleId handle) const;

@@ -9,9 +9,9 @@ namespace splitcubes::view {
 
 namespace {
 
-constexpr double closing_time = 0.2;   // s, that jaws take
-constexpr double slip_share = 0.98;    // of the limit of the force, from which material slips
-constexpr double slip_openings = 0.75; // of the jaws, how far it has slid when it is out
+constexpr double closing_time = 0.2;    // s, that jaws take
+constexpr double slip_share = 0.98;     // of the limit of the force, from which material slips
+constexpr double slip_openings = 0.75;  // of the jaws, how far it has slid when it is out
 
 // Motion of the anchor since the command was made.
 Vec3 drift(const Command& command, const Simulation& simulation) {
@@ -272,6 +272,20 @@ void Pulls::after_travel(Simulation& simulation, StrokeLog& log) {
         if (there) simulation.remove_handle(it->second.handle);
         it = pulls_.erase(it);
     }
+}
+
+void Pulls::become(const Pulls& left) {
+    std::map<int, Pull> next;
+    for (const auto& [slot, pull] : left.pulls_) {
+        const auto own = pulls_.find(slot);
+        if (own == pulls_.end()) continue;
+        Pull& one = next[slot] = pull;
+        // What was made again has names of its own.
+        one.handle = own->second.handle;
+        one.body = own->second.body;
+        one.logged = own->second.logged;
+    }
+    pulls_ = std::move(next);
 }
 
 bool Pulls::is_idle() const {

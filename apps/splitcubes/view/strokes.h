@@ -60,6 +60,8 @@ class Pulls {
     bool slips(Simulation& simulation, StrokeLog& log);
     /// Keeps those that the simulation still has, and lets go of those that are not pinned.
     void after_travel(Simulation& simulation, StrokeLog& log);
+    /// Becomes what was left after a travel, of pulls that it has itself.
+    void become(const Pulls& left);
     bool is_idle() const;  // nothing but pins
     void clear() { pulls_.clear(); }
     bool owns(HandleId handle) const;

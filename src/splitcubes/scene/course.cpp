@@ -194,6 +194,16 @@ void Course::forget_after(double time) {
     }
 }
 
+void Course::go_back(double time, double time_step, Bodies bodies) {
+    forget_after(time + 0.5 * time_step);
+    for (std::size_t k = 0; k < material_.size(); ++k) {
+        const auto& [body, frame] = plan_->frames[k];
+        const Isometry now = frame.fit(bodies[body], 0, material_[k].frames().back());
+        material_[k] = {};
+        material_[k].add(time, now);
+    }
+}
+
 bool Course::has_ended(std::size_t tool, double time) const {
     const ToolDescription& of = plan_->scene->tools[tool];
     const Clock& clock = tools_[tool];

@@ -47,8 +47,9 @@ class Course {
     void advance(double time, double time_step, Bodies bodies);
     /// Drops what no time from this one on depends on.
     void forget_before(double time);
-    /// Drops what came after a time, s: the simulation has gone back to it.
-    void forget_after(double time);
+    /// The simulation has gone back to a time, s: drops what came after it and measures where the material
+    /// is.
+    void go_back(double time, double time_step, Bodies bodies);
 
     // Motions; time: s, up to the end of the step that was announced last.
 
@@ -91,6 +92,7 @@ class Course {
         std::optional<std::pair<double, Isometry>> base;  // s, and its carrier's frame when it began to act
     };
 
+    void forget_after(double time);
     void start_and_end(double time, Bodies bodies);
     void follow_material(double time, double time_step, Bodies bodies);
     void take_over(double time, Bodies bodies);
