@@ -45,6 +45,24 @@ struct Played {
     std::string hash() const { return world->state_hash().text(); }
 };
 
+// The bodies of a world as a course reads them.
+struct WorldSamples {
+    std::vector<std::vector<Vec3>> at_start;
+    std::vector<BodySamples> bodies;
+
+    explicit WorldSamples(const body::World& world) {
+        for (const auto& body : world.bodies()) {
+            at_start.emplace_back();
+            for (const Vec3& p : body->phyxels().rest_position) at_start.back().push_back(body->pose() * p);
+        }
+        for (std::size_t b = 0; b < at_start.size(); ++b) {
+            const meshless::Phyxels& p = world.bodies()[b]->phyxels();
+            bodies.push_back(
+                {at_start[b], p.position, p.velocity, p.mass, p.piece, world.bodies()[b]->pieces().count()});
+        }
+    }
+};
+
 std::string bar(const std::string& more = "", const std::string& name = "bar", double y = 0) {
     return R"({"name": ")" + name +
            R"(", "shape": {"box": {"size": [1, 0.2, 0.2]}}, "cells": 20, "phyxel_count": 60,
@@ -94,21 +112,17 @@ TEST(Relation, AToolInAFlyingBodyCutsNothing) {
 }
 
 TEST(Relation, AToolFollowsARigidMotionExactly) {
-    Played played(scene_of(bar(R"(, "velocity": [1.5, 0, 0.5], "angular_velocity": [0, 2, 0])"),
-                           R"(, "tools": [)" +
-                               tool_of("t", stroke_at(0.6, 0, 1), R"(, "relative_to": "bar")") + "," +
-                               tool_of("alone", stroke_at(0.6, 0, 1)) + "]"));
+    // However it is placed.
+    std::string turned = bar(R"(, "velocity": [1.5, 0, 0.5], "angular_velocity": [0, 2, 0])");
+    turned.replace(turned.find(R"("placement": {)"), 14,
+                   R"("placement": {"rotation": {"axis": [1, 2, 3], "angle_degrees": 50}, )");
+    Played played(scene_of(turned, R"(, "tools": [)" +
+                                       tool_of("t", stroke_at(0.6, 0, 1), R"(, "relative_to": "bar")") + "," +
+                                       tool_of("alone", stroke_at(0.6, 0, 1)) + "]"));
     played.step(15);
-    const MaterialFrame frame({}, {played.body().phyxels().rest_position,
-                                   played.body().phyxels().rest_position,
-                                   {},
-                                   played.body().phyxels().mass,
-                                   played.body().phyxels().piece,
-                                   1});
-    const meshless::Phyxels& phyxels = played.body().phyxels();
+    const WorldSamples samples(*played.world);
     const Isometry motion =
-        frame.fit({phyxels.rest_position, phyxels.position, phyxels.velocity, phyxels.mass, phyxels.piece, 1},
-                  0, Isometry::Identity());
+        MaterialFrame({}, samples.bodies[0]).fit(samples.bodies[0], 0, Isometry::Identity());
     EXPECT_GT(frame_distance(motion, Isometry::Identity()), 0.5);
     EXPECT_LT(frame_distance(played.tool(0), motion * played.tool(1)), 2e-3);
 }
@@ -427,28 +441,13 @@ TEST(Course, ASceneAsItRanMovesAsTheWorldDid) {
 
 TEST(Course, CopiesForgetWhatIsLaterWhenTimeGoesBack) {
     Played played(eventful());
-    Course course = played.course->course();
-    const auto samples = [&] {
-        std::vector<BodySamples> out;
-        for (const auto& body : played.world->bodies()) {
-            const meshless::Phyxels& p = body->phyxels();
-            out.push_back({p.rest_position, p.position, p.velocity, p.mass, p.piece, body->pieces().count()});
-        }
-        return out;
-    };
-    const auto at_start = samples();
-    course.advance(0, 0.02, at_start);
-    const Course fresh = course;
+    Course fresh = played.course->course();
+    fresh.advance(0, 0.02, WorldSamples(*played.world).bodies);
     played.step(20);
     EXPECT_LT(played.course->course().tool_activity(1).first, Course::never);
     Course later = played.course->course();
-    Played again(eventful());
-    std::vector<BodySamples> now;
-    for (const auto& body : again.world->bodies()) {
-        const meshless::Phyxels& p = body->phyxels();
-        now.push_back({p.rest_position, p.position, p.velocity, p.mass, p.piece, body->pieces().count()});
-    }
-    later.advance(0, 0.02, now);
+    const Played again(eventful());
+    later.advance(0, 0.02, WorldSamples(*again.world).bodies);
     EXPECT_EQ(later.tool_activity(1), fresh.tool_activity(1));
     EXPECT_LT(frame_distance(later.tool_frame(1, 0.02), fresh.tool_frame(1, 0.02)), 1e-12);
     EXPECT_LT(frame_distance(later.handle_motion(0, 0.02), fresh.handle_motion(0, 0.02)), 1e-12);

@@ -13,7 +13,7 @@ namespace splitcubes::scene {
 
 /// What a frame reads of the samples of a body; one entry a sample. Samples are only appended.
 struct BodySamples {
-    std::span<const Vec3> rest;           // m, rest space
+    std::span<const Vec3> rest;           // m, world at time 0
     std::span<const Vec3> position;       // m, world
     std::span<const Vec3> velocity;       // m/s, world
     std::span<const double> mass;         // kg
@@ -22,19 +22,20 @@ struct BodySamples {
 };
 
 /// The rigid motion that fits the samples of a region best: those of the region that are connected to its
-/// anchor, the sample next to the region's centre of mass at rest. So the frame stays with one part of the
+/// anchor, the sample next to the region's centre of mass at time 0. So the frame stays with one part of the
 /// material when the region is cut.
 class MaterialFrame {
   public:
-    /// region: of rest space; empty: all of the body.
+    /// region: of the world at time 0; empty: all of the body.
     MaterialFrame(std::function<bool(const Vec3&)> region, const BodySamples& at_start);
 
     /// Whether the region has a sample.
     bool has_samples() const { return anchor_ != none; }
-    /// Returns the motion (world from rest) that takes the samples' rest positions next to where they are
-    /// `ahead` seconds later at the velocities that they have: centre of mass, and rotation part of the
-    /// moment of the positions about it. Where these leave the rotation undetermined (one sample, or a line
-    /// of them) it is the one nearest to `last`'s. Returns `last` for positions that are not finite.
+    /// Returns the motion (world from the world at time 0) that takes the samples' rest positions next to
+    /// where they are `ahead` seconds later at the velocities that they have: centre of mass, and rotation
+    /// part of the moment of the positions about it. Where these leave the rotation undetermined (one sample,
+    /// or a line of them) it is the one nearest to `last`'s. Returns `last` for positions that are not
+    /// finite.
     Isometry fit(const BodySamples& now, double ahead, const Isometry& last) const;
 
   private:

@@ -32,12 +32,17 @@ WorldCourse::WorldCourse(const SceneDescription& scene, body::World& world)
     take_motions(world);
 }
 
-std::vector<BodySamples> WorldCourse::samples_of(const body::World& world) const {
+// Phyxels are only appended.
+std::vector<BodySamples> WorldCourse::samples_of(const body::World& world) {
+    at_start_.resize(world.bodies().size());
     std::vector<BodySamples> out;
-    for (const auto& body : world.bodies()) {
-        const meshless::Phyxels& phyxels = body->phyxels();
-        out.push_back({phyxels.rest_position, phyxels.position, phyxels.velocity, phyxels.mass, phyxels.piece,
-                       body->pieces().count()});
+    for (std::size_t b = 0; b < at_start_.size(); ++b) {
+        const body::Body& body = *world.bodies()[b];
+        const meshless::Phyxels& phyxels = body.phyxels();
+        for (std::size_t i = at_start_[b].size(); i < phyxels.size(); ++i)
+            at_start_[b].push_back(body.pose() * phyxels.rest_position[i]);
+        out.push_back({at_start_[b], phyxels.position, phyxels.velocity, phyxels.mass, phyxels.piece,
+                       body.pieces().count()});
     }
     return out;
 }

@@ -31,13 +31,14 @@ class WorldCourse {
     void load(StateReader& reader, body::World& world);
 
   private:
-    std::vector<BodySamples> samples_of(const body::World& world) const;
+    std::vector<BodySamples> samples_of(const body::World& world);
     void take_motions(body::World& world);
     void move_tools(body::World& world, double from, double to) const;
     void set_activity(body::World& world) const;
 
     const SceneDescription& scene_;
-    std::shared_ptr<Course> course_;  // shared with the motions that the world evaluates
+    std::vector<std::vector<Vec3>> at_start_;  // m, world at time 0, of the phyxels of each body
+    std::shared_ptr<Course> course_;           // shared with the motions that the world evaluates
     // Of constraints and handles: numbers of their bodies, and theirs there.
     std::vector<std::pair<std::size_t, std::size_t>> constraints_, handles_;
     bool moves_ = true;
