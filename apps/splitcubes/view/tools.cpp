@@ -283,8 +283,7 @@ void Tools::begin_grip(const ToolContext& context, std::vector<Command>& out) {
         const Vec3 offset = across - jaw_depth * settings.forceps_width * hit->normal;
         // They do not squeeze with all that they hold.
         const double closing = std::min(closing_share * half, squeeze_share * command.limit / command.value);
-        command.points = {hit->world_from_rest.transpose() * offset,
-                          -side * closing * frame.linear().col(0)};
+        command.points = {hit->world_from_rest.transpose() * offset, -side * closing * frame.linear().col(0)};
         out.push_back(std::move(command));
     }
     depth_ = (hit->point.world - context.camera.eye()).dot(context.camera.forward());
