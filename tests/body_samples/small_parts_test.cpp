@@ -15,7 +15,9 @@ using namespace laws;
 geometry::TriangleMesh block_with_crumbs(Random& random, const Vec3& at) {
     geometry::TriangleMesh mesh = box_between(at, at + Vec3(0.2, 0.2, 0.2));
     for (int k = 0; k < 4; ++k) {
-        const Vec3 low = at + Vec3(0.26 + 0.05 * k, random.uniform(0, 0.15), random.uniform(0, 0.15));
+        // The first ones are within a cell of the block, or of each other.
+        const double from = k < 2 ? 0.2 + random.uniform(0.001, 0.01) : 0.2 + 0.05 * k;
+        const Vec3 low = at + Vec3(from, random.uniform(0, 0.07) + 0.1 * (k % 2), random.uniform(0, 0.15));
         mesh = joined(mesh, box_between(low, low + Vec3::Constant(random.uniform(0.004, 0.03))));
     }
     return mesh;
@@ -26,9 +28,12 @@ TEST(SmallParts, StartWhereTheyAreAndFallWithTheirBody) {
     for (int trial = 0; trial < 12; ++trial) {
         const Vec3 at = random_vector(random, 4);
         WorldSettings settings = free_space();
+        if (trial % 2 == 1) settings.solver.kind = meshless::SolverKind::explicit_steps;
         settings.gravity = Vec3(0, 0, -9.81);
         World world(settings, threads(2));
-        BodySettings body_settings = soft(0.01, 200);
+        // Some crumbs have a phyxel of the lattice, which is linked to no other.
+        BodySettings body_settings = soft(0.01, trial % 4 < 2 ? 200 : 600);
+        body_settings.material.youngs_modulus = std::pow(10.0, random.uniform(4, 5));
         body_settings.velocity = random_vector(random, 1);
         Body& body = world.add_body(block_with_crumbs(random, at), body_settings);
         ASSERT_GE(body.pieces().count(), 2U);

@@ -64,7 +64,7 @@ TEST(TetrahedraResults, AreThoseOfTheProgram) {
 // The finest meshes confirm what theory says, as far as it neglects neither ends nor edges.
 TEST(TetrahedraResults, FineMeshesAgreeWithTheory) {
     for (const auto& [test, mesh] : written_results().fine)
-        EXPECT_NEAR(mesh.error, 0, test == "cantilever nu 0.49" ? 0.06 : 0.04) << test;
+        EXPECT_NEAR(mesh.error, 0, test.starts_with("cantilever nu") ? 0.06 : 0.04) << test;
 }
 
 TEST(ValidationTable, StandsInThePlaceOfTheOldOne) {

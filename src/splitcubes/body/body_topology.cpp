@@ -64,13 +64,12 @@ void Body::resample_splits(const StepContext& context, TopologyChange& change, S
     report.counts.new_phyxels += change.new_phyxels;
 }
 
-// Gives phyxels to the parts of the input that are too small to have got one.
+// Treats parts of the input that are too small to deform as pieces that were cut off: gives them phyxels, or
+// makes them rigid.
 void Body::sample_small_parts(const Parallel& parallel) {
     TopologyChange change;
-    const std::vector<std::size_t> count = samples_.count_by_piece(pieces_->count());
-    for (std::size_t piece = 0; piece < count.size(); ++piece)
-        if (count[piece] == 0)
-            change.splits.push_back({static_cast<std::int32_t>(piece), static_cast<std::int32_t>(piece)});
+    for (const std::int32_t piece : samples_.coarse_parts(pieces_->count()))
+        change.splits.push_back({piece, piece});
     if (change.splits.empty()) return;
     body::resample(sample_context(parallel), *surface_, motion_->tracker(), {}, samples_, change);
     update_links(parallel, change);

@@ -171,6 +171,19 @@ void ElasticSamples::append_links(const SampleContext& context, TopologyChange& 
     neighbourhoods.append(phyxels, pairs, change.dirty_pairs, context.material, context.parallel);
 }
 
+std::vector<std::int32_t> ElasticSamples::coarse_parts(std::size_t piece_count) const {
+    const std::vector<std::size_t> count = count_by_piece(piece_count);
+    std::vector<std::uint8_t> is_linked(piece_count, 0);
+    for (std::size_t i = 0; i < phyxels.size(); ++i)
+        if (neighbourhoods.rank()[i] > 0) is_linked[static_cast<std::size_t>(phyxels.piece[i])] = 1;
+    std::vector<std::int32_t> out;
+    for (std::size_t piece = 0; piece < piece_count; ++piece) {
+        const bool has_few = piece_count > 1 && count[piece] < tuning::resampling::small_phyxel_count;
+        if (is_linked[piece] == 0 || has_few) out.push_back(static_cast<std::int32_t>(piece));
+    }
+    return out;
+}
+
 std::vector<std::size_t> ElasticSamples::count_by_piece(std::size_t piece_count) const {
     std::vector<std::size_t> count(piece_count, 0);
     for (const std::int32_t piece : phyxels.piece) ++count[static_cast<std::size_t>(piece)];

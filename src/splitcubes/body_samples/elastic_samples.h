@@ -79,6 +79,9 @@ struct ElasticSamples {
     /// Bridges ligaments. Adds to change.dirty_pairs.
     VisibilityUpdate update_visibility(const SampleContext& context, TopologyChange& change);
 
+    /// Returns the pieces of an uncut body that cannot deform as they are: with few phyxels or none beside
+    /// another piece, or with phyxels that are not linked. Ascending.
+    std::vector<std::int32_t> coarse_parts(std::size_t piece_count) const;
     /// Returns the number of phyxels of each piece.
     std::vector<std::size_t> count_by_piece(std::size_t piece_count) const;
     double largest_support() const;  // m
