@@ -199,9 +199,10 @@ double ExplicitSolver::frequency_at_rest(const Job& job) {
     if (frequency_cache_.revision == job.neighbourhoods.revision() && frequency_cache_.mu == mu &&
         frequency_cache_.lambda == lambda && frequency_cache_.effective_mass == effective_mass_)
         return frequency_cache_.frequency;
-    elastic_.take_state(job.neighbourhoods, job.material,
-                        {job.phyxels.rest_position, job.phyxels.rest_position, job.phyxels.rotation, {}, false},
-                        job.parallel);
+    elastic_.take_state(
+        job.neighbourhoods, job.material,
+        {job.phyxels.rest_position, job.phyxels.rest_position, job.phyxels.rotation, {}, false},
+        job.parallel);
     draw_initial_mode(job);
     frequency_cache_ = {job.neighbourhoods.revision(), mu, lambda, effective_mass_,
                         highest_frequency(job, tuning::explicit_steps::first_power_iterations)};
