@@ -66,8 +66,8 @@ class Body {
     void add_constraint(HoldConstraint constraint) { boundary_.add_constraint(std::move(constraint)); }
     void add_handle(Handle handle) { boundary_.add_handle(std::move(handle)); }
     /// Removes one; those behind it move up by one.
-    void remove_handle(std::size_t index) { boundary_.remove_handle(index); }
-    void remove_constraint(std::size_t index) { boundary_.remove_constraint(index); }
+    void remove_handle(std::size_t index) { boundary_.remove_handle(index, samples_.phyxels); }
+    void remove_constraint(std::size_t index) { boundary_.remove_constraint(index, samples_.phyxels); }
     void set_constraint_active(std::size_t index, double from, double until) {
         boundary_.set_constraint_active(index, from, until);
     }

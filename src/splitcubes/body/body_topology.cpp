@@ -55,11 +55,15 @@ void Body::resample_splits(const StepContext& context, TopologyChange& change, S
     if (change.splits.empty()) return;
     // The phyxels held in the last step follow from the constraints: those of begin_step are not in a
     // checkpoint. Before the first step none is held.
-    std::span<const std::uint8_t> held;
+    Attachments attachments;
     if (context.dt > 0)
-        held =
-            boundary_.held_among(samples_.phyxels.rest_position, context.time - context.dt, context.parallel);
-    body::resample(sample_context(context.parallel), *surface_, motion_->tracker(), held, samples_, change);
+        attachments.held =
+            boundary_.held_among(samples_.phyxels, context.time - context.dt, context.parallel);
+    attachments.holds = boundary_.constraints().size();
+    attachments.handles = boundary_.handles().size();
+    attachments.acts_on = [this](std::size_t i) { return boundary_.is_attached(samples_.phyxels, i); };
+    body::resample(sample_context(context.parallel), *surface_, motion_->tracker(), attachments, samples_,
+                   change);
     if (change.new_phyxels > 0) boundary_.forget_phyxels();
     report.counts.new_phyxels += change.new_phyxels;
 }

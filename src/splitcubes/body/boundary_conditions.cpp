@@ -8,15 +8,22 @@ namespace splitcubes::body {
 
 namespace {
 
-// Lists, per region, the phyxels that are in it at time 0; does nothing if there is a list per region.
+// Lists, per region, the phyxels that are in it at time 0 and do not ignore it; does nothing if there is a
+// list per region.
 template <class Region>
 void list_phyxels_of(const std::vector<Region>& regions, const meshless::Phyxels& phyxels,
-                     const Isometry& pose, std::vector<std::vector<std::uint32_t>>& out) {
+                     std::span<const std::uint32_t> ignored, const Isometry& pose,
+                     std::vector<std::vector<std::uint32_t>>& out) {
     if (out.size() == regions.size()) return;
     out.assign(regions.size(), {});
     for (std::size_t r = 0; r < regions.size(); ++r)
         for (std::uint32_t i = 0; i < phyxels.size(); ++i)
-            if (regions[r].region(pose * phyxels.rest_position[i])) out[r].push_back(i);
+            if (r >= ignored[i] && regions[r].region(pose * phyxels.rest_position[i])) out[r].push_back(i);
+}
+
+// Keeps the numbers of ignored regions right after one was removed.
+void remove_region(std::size_t index, std::vector<std::uint32_t>& ignored) {
+    for (std::uint32_t& count : ignored) count -= count > index;
 }
 
 }  // namespace
@@ -31,12 +38,14 @@ void BoundaryConditions::add_handle(Handle handle) {
     handle_phyxels_.clear();
 }
 
-void BoundaryConditions::remove_constraint(std::size_t index) {
+void BoundaryConditions::remove_constraint(std::size_t index, meshless::Phyxels& phyxels) {
+    remove_region(index, phyxels.ignored_holds);
     constraints_.erase(constraints_.begin() + static_cast<std::ptrdiff_t>(index));
     constrained_.clear();
 }
 
-void BoundaryConditions::remove_handle(std::size_t index) {
+void BoundaryConditions::remove_handle(std::size_t index, meshless::Phyxels& phyxels) {
+    remove_region(index, phyxels.ignored_handles);
     handles_.erase(handles_.begin() + static_cast<std::ptrdiff_t>(index));
     handle_phyxels_.clear();
 }
@@ -66,7 +75,7 @@ std::vector<meshless::RigidKinematicTarget> BoundaryConditions::find_kinematic_r
 
 void BoundaryConditions::begin_step(const meshless::Phyxels& phyxels, double time, double dt,
                                     const Parallel& parallel) {
-    list_phyxels_of(constraints_, phyxels, pose_, constrained_);
+    list_phyxels_of(constraints_, phyxels, phyxels.ignored_holds, pose_, constrained_);
     held_.assign(phyxels.size(), 0);
     held_position_.resize(phyxels.size());
     parallel.for_each(phyxels.size(), 1024, [&](std::size_t i) { held_position_[i].setZero(); });
@@ -81,16 +90,27 @@ void BoundaryConditions::begin_step(const meshless::Phyxels& phyxels, double tim
     kinematic_rigid_pieces_ = find_kinematic_rigid_pieces(phyxels, time, dt);
 }
 
-std::span<const std::uint8_t> BoundaryConditions::held_among(std::span<const Vec3> rest_position, double time,
+std::span<const std::uint8_t> BoundaryConditions::held_among(const meshless::Phyxels& phyxels, double time,
                                                              const Parallel& parallel) {
-    held_among_.assign(rest_position.size(), 0);
-    for (const HoldConstraint& constraint : constraints_) {
-        if (!constraint.is_active(time)) continue;
-        parallel.for_each(rest_position.size(), 1024, [&](std::size_t i) {
-            if (constraint.region(pose_ * rest_position[i])) held_among_[i] = 1;
+    held_among_.assign(phyxels.size(), 0);
+    for (std::size_t c = 0; c < constraints_.size(); ++c) {
+        if (!constraints_[c].is_active(time)) continue;
+        parallel.for_each(phyxels.size(), 1024, [&](std::size_t i) {
+            if (c >= phyxels.ignored_holds[i] && constraints_[c].region(pose_ * phyxels.rest_position[i]))
+                held_among_[i] = 1;
         });
     }
     return held_among_;
+}
+
+bool BoundaryConditions::is_attached(const meshless::Phyxels& phyxels, std::size_t i) const {
+    const auto acts = [at_start = Vec3(pose_ * phyxels.rest_position[i])](const auto& attachments,
+                                                                          std::size_t ignored) {
+        for (std::size_t k = ignored; k < attachments.size(); ++k)
+            if (attachments[k].region(at_start)) return true;
+        return false;
+    };
+    return acts(constraints_, phyxels.ignored_holds[i]) || acts(handles_, phyxels.ignored_handles[i]);
 }
 
 BoundaryConditions::HeldPoints BoundaryConditions::hold(std::span<const Vec3> rest_position, double time,
@@ -114,7 +134,7 @@ void BoundaryConditions::add_handle_springs(const meshless::Phyxels& phyxels, do
                                             std::uint32_t part,
                                             std::vector<meshless::HandleSpring>& handle_springs,
                                             std::vector<double>& limits) {
-    list_phyxels_of(handles_, phyxels, pose_, handle_phyxels_);
+    list_phyxels_of(handles_, phyxels, phyxels.ignored_handles, pose_, handle_phyxels_);
     for (std::size_t h = 0; h < handles_.size(); ++h) {
         const Handle& handle = handles_[h];
         const auto limit_index = static_cast<std::uint32_t>(limits.size());

@@ -52,9 +52,9 @@ class BoundaryConditions {
     explicit BoundaryConditions(const Isometry& pose) : pose_(pose) {}
     void add_constraint(HoldConstraint constraint);
     void add_handle(Handle handle);
-    /// Removes one; those behind it move up by one.
-    void remove_constraint(std::size_t index);
-    void remove_handle(std::size_t index);
+    /// Removes one; those behind it move up by one, also in what phyxels ignore.
+    void remove_constraint(std::size_t index, meshless::Phyxels& phyxels);
+    void remove_handle(std::size_t index, meshless::Phyxels& phyxels);
     /// Sets when one acts, s.
     void set_constraint_active(std::size_t index, double from, double until) {
         constraints_[index].from = from;
@@ -89,10 +89,12 @@ class BoundaryConditions {
         return kinematic_rigid_pieces_;
     }
 
-    /// Returns which points (m, rest space) are held in a step that starts at a time, s: 1 if held. Valid
-    /// until the next call.
-    std::span<const std::uint8_t> held_among(std::span<const Vec3> rest_position, double time,
+    /// Returns which phyxels are held in a step that starts at a time, s: 1 if held. Valid until the next
+    /// call.
+    std::span<const std::uint8_t> held_among(const meshless::Phyxels& phyxels, double time,
                                              const Parallel& parallel);
+    /// Returns whether a constraint or a handle, active or not, acts on a phyxel.
+    bool is_attached(const meshless::Phyxels& phyxels, std::size_t i) const;
     /// Points and their prescribed positions.
     struct HeldPoints {
         std::vector<std::uint8_t> held;  // per point, 1: its position is prescribed

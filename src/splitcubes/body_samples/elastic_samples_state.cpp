@@ -42,6 +42,8 @@ void ElasticSamples::save_phyxels(const splitting::NodeGrid& grid, const meshles
         writer.add(splitting::edge_id({node, 0}));
     }
     writer.add(std::span(phyxels.support_radius).subspan(initial_count));
+    for (const auto* ignored : {&phyxels.ignored_holds, &phyxels.ignored_handles})
+        writer.add(std::span(*ignored).subspan(initial_count));
     for (const Vec3i& node : owner) writer.add(splitting::edge_id({node, 0}));
     for (const auto* vectors :
          {&phyxels.position, &phyxels.velocity, &phyxels.previous_position, &phyxels.previous_velocity})
@@ -67,6 +69,8 @@ void ElasticSamples::load_new_phyxels(const SampleContext& context, StateReader&
                   "two phyxels at the same position");
     const std::vector<double> supports =
         reader.numbers<double>(added, 0, largest_state_number, "a phyxel with an invalid support radius");
+    const std::vector<std::uint32_t> ignored_holds = reader.numbers<std::uint32_t>(added);
+    const std::vector<std::uint32_t> ignored_handles = reader.numbers<std::uint32_t>(added);
     for (std::size_t k = 0; k < added; ++k) {
         const auto [node, axis] = splitting::edge_from_id(ids[k]);
         require_state(axis == 0 && context.grid.rest().contains(node) && context.grid.inside(node),
@@ -82,6 +86,8 @@ void ElasticSamples::load_new_phyxels(const SampleContext& context, StateReader&
             require_state(phyxels.rest_position[known] == start.rest_position &&
                               phyxels.support_radius[known] == start.support_radius,
                           "initial phyxels that differ from the scene's");
+        phyxels.ignored_holds[known] = ignored_holds[k];
+        phyxels.ignored_handles[known] = ignored_handles[k];
     }
 }
 

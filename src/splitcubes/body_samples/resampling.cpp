@@ -32,11 +32,11 @@ std::vector<std::int32_t> families_of(std::span<const splitting::PieceSplit> spl
 class Resampler {
   public:
     Resampler(const SampleContext& context, const splitting::Surface& surface, const NodeTracker& tracker,
-              std::span<const std::uint8_t> held, ElasticSamples& samples, TopologyChange& change)
+              const Attachments& attachments, ElasticSamples& samples, TopologyChange& change)
         : context_(context),
           surface_(surface),
           tracker_(tracker),
-          held_(held),
+          attachments_(attachments),
           samples_(samples),
           change_(change) {}
     void run();
@@ -59,6 +59,7 @@ class Resampler {
     bool is_sparse(std::size_t phyxels, double length) const;
     std::size_t add_samples_around(std::uint32_t phyxel, std::span<const std::uint32_t> nodes);
     void refresh_links(std::size_t old_count);
+    void find_loose(std::span<const std::int32_t> family);
     void fill_pieces(std::span<const std::vector<std::uint32_t>> nodes, std::span<const Kind> kinds);
     std::vector<Kind> kinds_of(std::span<const std::vector<std::uint32_t>> nodes) const;
     void reset_small_strains(std::span<const Kind> kinds, std::size_t old_count);
@@ -72,12 +73,13 @@ class Resampler {
     const SampleContext& context_;
     const splitting::Surface& surface_;
     const NodeTracker& tracker_;
-    std::span<const std::uint8_t> held_;  // per phyxel of the last step
+    const Attachments& attachments_;
     ElasticSamples& samples_;
     TopologyChange& change_;
     // Per piece that splits or came off; empty for the others.
     std::vector<std::vector<std::uint32_t>> members_;  // its phyxels, ascending
     std::vector<Vec3> extents_;                        // m, MaterialNodes::extents_of its nodes
+    std::vector<std::uint8_t> is_loose_;  // 1: nothing acts on it, nor on the others of its family
 };
 
 // Interpolates the state of a node from the phyxels as they were before the split. Phyxels that now belong to
@@ -136,6 +138,10 @@ void Resampler::add_sample(std::uint32_t node, std::int32_t piece) {
     start.deformation = motion.jacobian;
     start.velocity = motion.velocity;
     start.plastic_strain = motion.plastic_strain;
+    if (is_loose_[static_cast<std::size_t>(piece)] != 0) {
+        start.ignored_holds = static_cast<std::uint32_t>(attachments_.holds);
+        start.ignored_handles = static_cast<std::uint32_t>(attachments_.handles);
+    }
     members_[static_cast<std::size_t>(piece)].push_back(static_cast<std::uint32_t>(samples_.phyxels.size()));
     samples_.phyxels.append(start);
     samples_.owner.push_back(context_.nodes.node[node]);
@@ -293,6 +299,18 @@ void Resampler::refresh_links(std::size_t old_count) {
     change_.dirty_pairs.clear();
 }
 
+void Resampler::find_loose(std::span<const std::int32_t> family) {
+    std::vector<std::uint8_t> is_attached(family.size(), 0);  // per family
+    for (std::size_t k = 0; k < family.size(); ++k)
+        for (const std::uint32_t i : members_[k]) {
+            std::uint8_t& attached = is_attached[static_cast<std::size_t>(family[k])];
+            if (attached == 0) attached = attachments_.acts_on(i);
+        }
+    is_loose_.assign(family.size(), 0);
+    for (std::size_t k = 0; k < family.size(); ++k)
+        if (family[k] >= 0) is_loose_[k] = is_attached[static_cast<std::size_t>(family[k])] == 0;
+}
+
 // Adds phyxels to small elastic pieces until every neighbourhood spans space or no nodes are left. Large
 // pieces get none: the few phyxels at their thin ends whose rank dropped stay so, because new phyxels would
 // change the strain around them and release elastic energy.
@@ -339,8 +357,8 @@ std::vector<Resampler::Kind> Resampler::kinds_of(std::span<const std::vector<std
     const std::vector<std::size_t> count = samples_.count_by_piece(context_.pieces.count());
     // A piece with held phyxels cannot have its strain reset, so it gets no new phyxels.
     std::vector<std::uint8_t> held(nodes.size(), 0);
-    for (std::size_t i = 0; i < held_.size(); ++i)
-        if (held_[i] != 0) held[static_cast<std::size_t>(samples_.phyxels.piece[i])] = 1;
+    for (std::size_t i = 0; i < attachments_.held.size(); ++i)
+        if (attachments_.held[i] != 0) held[static_cast<std::size_t>(samples_.phyxels.piece[i])] = 1;
     std::vector<Kind> kinds(nodes.size(), Kind::untouched);
     for (std::size_t k = 0; k < nodes.size(); ++k) {
         if (nodes[k].empty()) continue;
@@ -477,7 +495,8 @@ void Resampler::run() {
     // Parts that had no phyxels have no momentum to conserve.
     for (const splitting::PieceSplit& split : change_.splits)
         if (split.parent == split.piece) elastic_family[static_cast<std::size_t>(split.piece)] = -1;
-    const meshless::SplitMomentum split_momentum(samples_.phyxels, elastic_family, held_);
+    const meshless::SplitMomentum split_momentum(samples_.phyxels, elastic_family, attachments_.held);
+    find_loose(family);
     fill_pieces(nodes, kinds);
     for (std::size_t k = 0; k < nodes.size(); ++k)
         if ((kinds[k] == Kind::small || kinds[k] == Kind::large) && is_chain(k)) kinds[k] = Kind::rigid;
@@ -500,8 +519,8 @@ void Resampler::run() {
 }  // namespace
 
 void resample(const SampleContext& context, const splitting::Surface& surface, const NodeTracker& tracker,
-              std::span<const std::uint8_t> held, ElasticSamples& samples, TopologyChange& change) {
-    Resampler(context, surface, tracker, held, samples, change).run();
+              const Attachments& attachments, ElasticSamples& samples, TopologyChange& change) {
+    Resampler(context, surface, tracker, attachments, samples, change).run();
 }
 
 }  // namespace splitcubes::body

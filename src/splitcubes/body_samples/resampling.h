@@ -1,7 +1,9 @@
 // Treatment of pieces after a split: each gets enough phyxels to span space, or becomes rigid.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <span>
 
 namespace splitcubes::splitting {
@@ -15,12 +17,21 @@ struct ElasticSamples;
 struct SampleContext;
 struct TopologyChange;
 
+/// The holds and handles of a body.
+struct Attachments {
+    std::span<const std::uint8_t> held;  // per phyxel of the last step, 1 if its position was prescribed
+    std::size_t holds = 0, handles = 0;
+    /// Whether one of them, active or not, acts on a phyxel.
+    std::function<bool(std::size_t phyxel)> acts_on = [](std::size_t) { return true; };
+};
+
 /// Gives each piece of the splits of this step enough phyxels to span space or makes it rigid. A split of a
 /// piece from itself stands for a part of the input without phyxels. Mass is lumped
 /// again from the nodes; momenta are conserved. surface: after the split. tracker: its kernels are those
-/// before it. held: per phyxel of the last step, 1 if its position was prescribed. Sets change.new_phyxels,
-/// volumes_changed and dirty_pairs.
+/// before it. New phyxels ignore all holds and handles if none acts on a phyxel of the pieces that were one
+/// before the split: a hold does not catch what fell away from it. Sets change.new_phyxels, volumes_changed
+/// and dirty_pairs.
 void resample(const SampleContext& context, const splitting::Surface& surface, const NodeTracker& tracker,
-              std::span<const std::uint8_t> held, ElasticSamples& samples, TopologyChange& change);
+              const Attachments& attachments, ElasticSamples& samples, TopologyChange& change);
 
 }  // namespace splitcubes::body

@@ -45,6 +45,8 @@ void Phyxels::append(const PhyxelStart& start) {
     touching.push_back(0);
     elastic_energy.push_back(0);
     reserve.push_back(0);
+    ignored_holds.push_back(start.ignored_holds);
+    ignored_handles.push_back(start.ignored_handles);
 }
 
 void Phyxels::append(const Vec3& rest, double contact_radius_metres, std::int32_t piece_number) {

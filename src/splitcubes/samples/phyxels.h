@@ -20,8 +20,9 @@ struct PhyxelStart {
     Mat3 deformation = Mat3::Identity();  // d world / d rest
     Mat3 plastic_strain = Mat3::Zero();   // rest space
     std::int32_t piece = 0;
-    double support_radius = 0;  // m
-    double contact_radius = 0;  // m
+    double support_radius = 0;                             // m
+    double contact_radius = 0;                             // m
+    std::uint32_t ignored_holds = 0, ignored_handles = 0;  // see Phyxels
 };
 
 /// All phyxels of a body. Every array has one entry per phyxel; phyxels are only
@@ -44,6 +45,9 @@ struct Phyxels {
     std::vector<std::uint8_t> touching;         // 1: on the ground, written by ImplicitSolver
     std::vector<double> elastic_energy;         // J, at the end of the last step, with the links of that step
     std::vector<double> reserve;                // J, its share of its piece's energy budget (EnergyGuard)
+    /// Number of the first holds and handles of the body that do not act on the phyxel, whatever their
+    /// region: those that had let go of its material when it was sampled.
+    std::vector<std::uint32_t> ignored_holds, ignored_handles;
     /// s, the step between previous_position and position; 0 before the first step.
     /// A change of step size restarts BDF2.
     double history_step = 0;
@@ -59,6 +63,7 @@ struct Phyxels {
         archive(rest_position, position, velocity, previous_position, previous_velocity, mass, volume);
         archive(support_radius, contact_radius, deformation, rotation, plastic_strain, piece);
         archive(restart_history, touching, elastic_energy, reserve, history_step, substeps, rigid);
+        archive(ignored_holds, ignored_handles);
     }
     /// Appends one phyxel with zero mass and volume; its restart_history is 1.
     void append(const PhyxelStart& start);

@@ -1,10 +1,13 @@
 // Cached contacts are found in any order of queries, and contact springs create no energy when the stiffness
-// of the touched phyxels changes.
+// of the touched phyxels changes, and holds do not stiffen them.
 #include <splitcubes/contact/response/contact_forces.h>
+#include <splitcubes/contact/response/tuning.h>
+#include <splitcubes/core/random.h>
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <random>
 #include <vector>
 
@@ -131,6 +134,59 @@ TEST(ContactForces, StiffnessChangesUnderLoadAddNoEnergy) {
         else
             EXPECT_LT(force_after.z(), (1 + 1e-9) * force_before.z()) << factor;
     }
+}
+
+// Holds prescribe the motion of most of a contact's phyxels, at random: its spring is at most ten times as
+// stiff as if all were free. Otherwise the few free ones would be thrown when the prescribed ones overlap.
+TEST(ContactForces, HoldsDoNotStiffenContacts) {
+    Random random(17);
+    int pressed = 0;
+    for (int trial = 0; trial < 400; ++trial) {
+        std::vector<Contact> contacts(1);
+        std::vector<CachedContact> cached;
+        std::vector<Vec3> position(8, Vec3::Zero()), velocity(8, Vec3::Zero());
+        std::vector<double> mobility(8);
+        std::vector<std::uint8_t> fixed(8), touching(8, 0);
+        for (double& m : mobility) m = random.uniform(1e-4, 1e-3);
+        for (std::uint8_t& f : fixed) f = random.uniform(0, 1) < 0.8;
+        Contact& contact = contacts[0];
+        double free_mobility = 0;
+        for (ContactSide* side : {&contact.upper, &contact.lower}) {
+            side->count = 4;
+            double sum = 0;
+            for (std::uint32_t k = 0; k < 4; ++k) {
+                side->phyxel[k] = k + (side == &contact.lower ? 4 : 0);
+                side->weight[k] = std::pow(10, random.uniform(-4, 0));
+                sum += side->weight[k];
+            }
+            for (std::uint32_t k = 0; k < 4; ++k) {
+                side->weight[k] /= sum;
+                free_mobility += side->weight[k] * side->weight[k] * mobility[side->phyxel[k]];
+            }
+        }
+        contact.gap = 1e-5;
+        contact.max_depenetration = 1e-4;
+        const double closing = 0.02;  // m/s
+        for (std::size_t i = 0; i < 4; ++i) velocity[i].z() = -closing;
+        std::vector<Vec3> after = position;
+        for (std::size_t i = 0; i < 4; ++i) after[i].z() -= 0.01 * closing;
+        ContactInput input;
+        input.contacts = contacts;
+        input.cached = &cached;
+        const std::vector<ContactForces::Part> parts = {{position, velocity, 0.01, mobility, fixed}};
+        const std::vector<std::span<const Vec3>> moved = {after};
+        const std::vector<std::span<std::uint8_t>> touched = {touching};
+        const Parallel parallel(1);
+        ContactForces forces;
+        forces.begin(input, parts);
+        forces.make_springs(moved, parallel);
+        forces.finish(moved, touched, parallel);
+        if (cached.empty()) continue;
+        ++pressed;
+        EXPECT_LT(cached[0].stiffness * free_mobility,
+                  1.001 * tuning::contact::stiffness_ratio / tuning::contact::least_mobility);
+    }
+    EXPECT_GT(pressed, 40);
 }
 
 }  // namespace

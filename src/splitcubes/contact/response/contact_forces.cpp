@@ -70,17 +70,16 @@ void find_impacts(const ContactInput& input, ConstField velocity, double dt, con
     parallel.for_chunks(input.contacts.size(), tuning::grains::contact_springs, std::cref(find));
 }
 
-double ContactForces::load_of(const ContactSide& side) const {
-    double sum = 0;
+void ContactForces::add_mobility(const ContactSide& side, Mobility& sum) const {
     for (std::uint32_t k = 0; k < side.count; ++k) {
         const std::uint32_t i = side.phyxel[k];
         const Part& part = parts_[side.part];
-        if (!part.fixed.empty() && part.fixed[i] != 0) continue;
         // Contacts that share a phyxel share its stiffness.
         const double shared = std::max(1.0, load_[side.part][i]);
-        sum += side.weight[k] * side.weight[k] * shared * part.mobility[i];
+        const double mobility = side.weight[k] * side.weight[k] * shared * part.mobility[i];
+        sum.free += mobility;
+        if (part.fixed.empty() || part.fixed[i] == 0) sum.actual += mobility;
     }
-    return sum;
 }
 
 // Displacement of the upper relative to the lower side in the step at their current velocities.
@@ -100,14 +99,17 @@ Vec3 ContactForces::free_displacement(const Contact& contact, std::span<const Pa
 ContactForces::ContactRow ContactForces::make_row(std::uint32_t index, const CachedContact* cached,
                                                   ConstField guess, RowSums& sums) const {
     const Contact& contact = input_.contacts[index];
-    const double mobility = load_of(contact.upper) + load_of(contact.lower);
+    Mobility mobility;
+    for (const ContactSide* side : {&contact.upper, &contact.lower}) add_mobility(*side, mobility);
     ContactRow row;
     row.contact = index;
-    if (!(mobility > 0) || !std::isfinite(mobility)) {
+    // Sides that holds all but prescribe cannot be parted: the few free phyxels would be thrown.
+    if (!(mobility.actual > tuning::contact::least_mobility * mobility.free) ||
+        !std::isfinite(mobility.actual)) {
         ++sums.immovable;
         return row;
     }
-    row.normal = tuning::contact::stiffness_ratio / mobility;
+    row.normal = tuning::contact::stiffness_ratio / mobility.actual;
     // An overlap at first contact (faces of a fresh cut, bodies placed into each other) is no compressed
     // spring.
     row.rest_gap = std::min(0.0, contact.gap);

@@ -127,7 +127,11 @@ class ContactForces {
     void touch(std::uint32_t part, std::uint32_t phyxel, double weight);
     ContactRow make_row(std::uint32_t index, const CachedContact* cached, ConstField guess,
                         RowSums& sums) const;
-    double load_of(const ContactSide& side) const;
+    /// Inverse stiffnesses of a contact's sides, m/N.
+    struct Mobility {
+        double actual = 0, free = 0;  // with the holds, and without
+    };
+    void add_mobility(const ContactSide& side, Mobility& sum) const;
     static double spring_energy(const ContactRow& row, double gap, const Vec3& tangential_displacement);
     void limit_depenetration(const RowSums& sums, const Parallel& parallel);
     void list_active();

@@ -83,7 +83,7 @@ ContactImpulses::ImpulseRow ContactImpulses::make_row(std::uint32_t index) {
             free_mobility +=
                 side->weight[k] * side->weight[k] / parts_[side->part].effective_mass[side->phyxel[k]];
     // Sides that holds or shared phyxels all but prescribe cannot be parted: the rest would be thrown.
-    const bool can_move = mobility > tuning::impulses::least_mobility * free_mobility;
+    const bool can_move = mobility > tuning::contact::least_mobility * free_mobility;
     row.mass = can_move ? 1 / mobility : 0;
     return row;
 }

@@ -64,6 +64,10 @@ inline constexpr double sliding_stiffness_share = 0.5;
 /// impact. Larger leaves more hits to BDF2, which then adds energy; smaller takes more steps by backward
 /// Euler, which damps.
 inline constexpr double approach_share = 0.5;
+/// Mobility of a contact as a share of that of free sides without shared phyxels, 0.01 to 0.3, below which it
+/// does not act. Larger lets surfaces pass each other beside holds and at the end of slits; smaller throws
+/// what is pressed on them.
+inline constexpr double least_mobility = 0.1;
 
 }  // namespace contact
 
@@ -79,10 +83,6 @@ inline constexpr double damping_ratio = 1;
 /// In depenetrations, 1 to 5: overlap at which a contact yields no more. Larger lets bodies sink in; smaller
 /// lets loaded supports vibrate.
 inline constexpr double max_overlap = 2.5;
-/// Mobility of a contact as a share of that of free sides without shared phyxels, 0.01 to 0.3, below which it
-/// does not act. Larger lets surfaces pass each other beside holds and at the end of slits; smaller throws
-/// what is pressed on them.
-inline constexpr double least_mobility = 0.1;
 /// Share of that overlap by which rounding and the end of the iterations miss it, 1e-6 to 0.01.
 inline constexpr double limit_slack = 1e-3;
 /// Maximum number of Gauss-Seidel iterations in a substep, 10 to 200. Fewer leave approach where many
