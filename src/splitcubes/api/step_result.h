@@ -61,7 +61,7 @@ struct Torn {
     BodyId body;            ///< that tore
     std::size_t edges = 0;  ///< grid edges that gave way in the step
 };
-/// A piece has become so small that it moves as a rigid body from now on.
+/// A piece is so small, or a fragment rotates so fast, that it moves as a rigid body from now on.
 struct FragmentMadeRigid {
     BodyId body;             ///< of the piece
     std::int32_t piece = 0;  ///< its number

@@ -99,6 +99,7 @@ class Body {
     void retessellate(const Parallel& parallel, TopologyChange& change, StepReport& report);
     void label_pieces(TopologyChange& change);
     void update_visibility(const StepContext& context, TopologyChange& change, StepReport& report);
+    /// Gives new pieces the phyxels that they need. Fragments that rotate too fast become rigid.
     void resample(const StepContext& context, TopologyChange& change, StepReport& report);
     void rebuild_neighbourhoods(const StepContext& context, TopologyChange& change);
     /// Returns the step's input without its contacts. Its spans refer to this body and are valid until the
@@ -190,6 +191,7 @@ class Body {
     void accumulate_cut_force(std::int32_t slot, double dt, const Isometry& tool_before,
                               const Isometry& tool_now, ToolForce& tool_force) const;
     void settle_topology(const Parallel& parallel, TopologyChange& change);
+    void find_fast_fragments(const StepContext& context, TopologyChange& change) const;
     void resample_splits(const StepContext& context, TopologyChange& change, StepReport& report);
     void sample_small_parts(const Parallel& parallel);
     void update_links(const Parallel& parallel, TopologyChange& change);

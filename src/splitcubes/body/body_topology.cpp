@@ -47,8 +47,24 @@ void Body::update_visibility(const StepContext& context, TopologyChange& change,
 }
 
 void Body::resample(const StepContext& context, TopologyChange& change, StepReport& report) {
+    find_fast_fragments(context, change);
     resample_splits(context, change, report);
     refresh_outlines(grid_, *surface_, *pieces_, change.cells, samples_.phyxels.rigid);
+}
+
+// Lists fragments that implicit steps cannot rotate, unless something holds them.
+void Body::find_fast_fragments(const StepContext& context, TopologyChange& change) const {
+    if (!(context.dt > 0) || context.solver.kind == meshless::SolverKind::explicit_steps || lattice_) return;
+    change.fast_fragments = samples_.fast_fragments(pieces_->count(), context.dt);
+    if (change.fast_fragments.empty()) return;
+    std::vector<std::uint8_t> is_attached(pieces_->count(), 0);
+    for (std::size_t i = 0; i < samples_.phyxels.size(); ++i)
+        if (boundary_.is_attached(samples_.phyxels, i))
+            is_attached[static_cast<std::size_t>(samples_.phyxels.piece[i])] = 1;
+    std::erase_if(change.fast_fragments,
+                  [&](std::int32_t piece) { return is_attached[static_cast<std::size_t>(piece)] != 0; });
+    for (const std::int32_t piece : change.fast_fragments) change.splits.push_back({piece, piece});
+    if (!change.fast_fragments.empty()) motion_->tracker().mark_pieces_changed();
 }
 
 void Body::resample_splits(const StepContext& context, TopologyChange& change, StepReport& report) {

@@ -184,6 +184,26 @@ std::vector<std::int32_t> ElasticSamples::coarse_parts(std::size_t piece_count) 
     return out;
 }
 
+std::vector<std::int32_t> ElasticSamples::fast_fragments(std::size_t piece_count, double dt) const {
+    std::vector<std::int32_t> out;
+    if (phyxels.size() == initial_count) return out;
+    const std::vector<std::size_t> count = count_by_piece(piece_count);
+    std::vector<std::uint8_t> is_fragment(piece_count, 0);
+    for (std::size_t i = initial_count; i < phyxels.size(); ++i) {
+        const auto piece = static_cast<std::size_t>(phyxels.piece[i]);
+        is_fragment[piece] = count[piece] < tuning::resampling::small_phyxel_count &&
+                             phyxels.rigid.index(phyxels.piece[i]) < 0;
+    }
+    std::vector<meshless::Momenta> momenta;
+    meshless::momenta_of_pieces(phyxels, static_cast<int>(piece_count), momenta);
+    for (std::size_t k = 0; k < piece_count; ++k) {
+        if (is_fragment[k] == 0) continue;
+        const Vec3 rate = meshless::angular_velocity(momenta[k].inertia, momenta[k].angular_momentum);
+        if (dt * rate.norm() > tuning::resampling::max_rotation) out.push_back(static_cast<std::int32_t>(k));
+    }
+    return out;
+}
+
 std::vector<std::size_t> ElasticSamples::count_by_piece(std::size_t piece_count) const {
     std::vector<std::size_t> count(piece_count, 0);
     for (const std::int32_t piece : phyxels.piece) ++count[static_cast<std::size_t>(piece)];

@@ -364,7 +364,9 @@ std::vector<Resampler::Kind> Resampler::kinds_of(std::span<const std::vector<std
         if (nodes[k].empty()) continue;
         const double length = extents_[k][0] / samples_.spacing;
         const bool was_rigid = samples_.phyxels.rigid.index(samples_.lumping.piece[nodes[k].front()]) >= 0;
-        if (was_rigid || length < tuning::resampling::rigid_length)
+        const bool is_fast = std::binary_search(change_.fast_fragments.begin(), change_.fast_fragments.end(),
+                                                static_cast<std::int32_t>(k));
+        if (was_rigid || is_fast || length < tuning::resampling::rigid_length)
             kinds[k] = Kind::rigid;
         else
             kinds[k] = held[k] == 0 && ((count[k] < tuning::resampling::small_phyxel_count &&
@@ -494,7 +496,8 @@ void Resampler::run() {
             elastic_family[k] = -1;
     // Parts that had no phyxels have no momentum to conserve.
     for (const splitting::PieceSplit& split : change_.splits)
-        if (split.parent == split.piece) elastic_family[static_cast<std::size_t>(split.piece)] = -1;
+        if (split.parent == split.piece && change_.fast_fragments.empty())
+            elastic_family[static_cast<std::size_t>(split.piece)] = -1;
     const meshless::SplitMomentum split_momentum(samples_.phyxels, elastic_family, attachments_.held);
     find_loose(family);
     fill_pieces(nodes, kinds);

@@ -17,18 +17,20 @@ struct TopologyChange {
     std::vector<std::uint32_t> cells;           // retessellate: cells of the Surface that were made again
     std::vector<geometry::Box> boxes;           // retessellate: m, rest space; contain all that changed
     std::vector<splitting::PieceSplit> splits;  // label_pieces
+    std::vector<std::int32_t> fast_fragments;   // resample: pieces that become rigid, ascending
     std::size_t new_phyxels = 0;                // resample: appended last
     bool volumes_changed = false;               // resample: of phyxels
     std::vector<std::uint32_t>
         dirty_pairs;  // update_visibility, resample: their links are not up to date yet
 
-    bool empty() const { return crossings.empty(); }
+    bool empty() const { return crossings.empty() && fast_fragments.empty(); }
     /// Keeps the capacity of the arrays.
     void clear() {
         crossings.clear();
         cells.clear();
         boxes.clear();
         splits.clear();
+        fast_fragments.clear();
         new_phyxels = 0;
         volumes_changed = false;
         dirty_pairs.clear();
