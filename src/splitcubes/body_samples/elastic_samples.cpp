@@ -186,18 +186,15 @@ std::vector<std::int32_t> ElasticSamples::coarse_parts(std::size_t piece_count) 
 
 std::vector<std::int32_t> ElasticSamples::fast_fragments(std::size_t piece_count, double dt) const {
     std::vector<std::int32_t> out;
-    if (phyxels.size() == initial_count) return out;
+    if (piece_count < 2) return out;
     const std::vector<std::size_t> count = count_by_piece(piece_count);
-    std::vector<std::uint8_t> is_fragment(piece_count, 0);
-    for (std::size_t i = initial_count; i < phyxels.size(); ++i) {
-        const auto piece = static_cast<std::size_t>(phyxels.piece[i]);
-        is_fragment[piece] = count[piece] < tuning::resampling::small_phyxel_count &&
-                             phyxels.rigid.index(phyxels.piece[i]) < 0;
-    }
+    const std::size_t largest = *std::max_element(count.begin(), count.end());
     std::vector<meshless::Momenta> momenta;
     meshless::momenta_of_pieces(phyxels, static_cast<int>(piece_count), momenta);
     for (std::size_t k = 0; k < piece_count; ++k) {
-        if (is_fragment[k] == 0) continue;
+        if (count[k] >= std::min(largest, tuning::resampling::small_phyxel_count) ||
+            phyxels.rigid.index(static_cast<std::int32_t>(k)) >= 0)
+            continue;
         const Vec3 rate = meshless::angular_velocity(momenta[k].inertia, momenta[k].angular_momentum);
         if (dt * rate.norm() > tuning::resampling::max_rotation) out.push_back(static_cast<std::int32_t>(k));
     }

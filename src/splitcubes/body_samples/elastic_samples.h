@@ -82,8 +82,8 @@ struct ElasticSamples {
     /// Returns the pieces of an uncut body that cannot deform as they are: with few phyxels or none beside
     /// another piece, or with phyxels that are not linked. Ascending.
     std::vector<std::int32_t> coarse_parts(std::size_t piece_count) const;
-    /// Returns the fragments, small pieces with phyxels of their own, that rotate in a step of dt, s, by more
-    /// than an implicit step can follow. Ascending.
+    /// Returns the elastic fragments, small pieces beside a larger one, that rotate in a step of dt, s, by
+    /// more than an implicit step can follow. Ascending.
     std::vector<std::int32_t> fast_fragments(std::size_t piece_count, double dt) const;
     /// Returns the number of phyxels of each piece.
     std::vector<std::size_t> count_by_piece(std::size_t piece_count) const;

@@ -48,7 +48,7 @@ inline constexpr double rigid_length = 2;
 inline constexpr std::size_t small_phyxel_count = 64;
 /// Spacings, above rigid_length; length of a small piece.
 inline constexpr double small_length = 6;
-/// Rotation in a step, rad, 0.2 to 1, from which a small piece with phyxels of its own becomes rigid. Larger
+/// Rotation in a step, rad, 0.2 to 1, from which a small piece beside a larger one becomes rigid. Larger
 /// leaves it to a solve that is linear in its displacements, which tears it apart; smaller makes fragments
 /// rigid that would hardly rotate.
 inline constexpr double max_rotation = 0.5;
