@@ -188,6 +188,61 @@ TEST(Relation, AColliderAndWhatIsRelativeToItGoAlongWithTheMaterial) {
     EXPECT_LT((played.body(1).handles()[0].motion(t).translation() - Vec3(t, 0, 1)).norm(), 1e-6);
 }
 
+// The left end of a bar is held in a jaw.
+std::string clamped(const std::string& constraint, const std::string& jaw, const std::string& rest = "") {
+    return scene_of(
+        bar() + "," + bar(R"(, "velocity": [0, 0, 1])", "other", 2),
+        R"(, "colliders": [{"name": "jaw", "shape": {"box": {"size": [0.1, 0.1, 0.1]}},
+            "placement": {"position": [-2, 0, 0]})" +
+            jaw +
+            R"(}], "constraints": [{"body": "bar", "region": {"half_space": {"point": [-0.4, 0, 0],
+            "normal": [-1, 0, 0]}}, "relative_to": "jaw", )" +
+            constraint + "}]" + rest);
+}
+
+// Where the end of the bar is, as it was displaced.
+Vec3 displacement_of_end(const Played& played) {
+    const meshless::Phyxels& phyxels = played.body().phyxels();
+    Vec3 sum = Vec3::Zero();
+    double count = 0;
+    for (std::size_t i = 0; i < phyxels.size(); ++i) {
+        const Vec3 rest = played.body().pose() * phyxels.rest_position[i];
+        if (rest.x() > -0.4) continue;
+        sum += phyxels.position[i] - rest;
+        ++count;
+    }
+    EXPECT_GT(count, 0);
+    return sum / count;
+}
+
+TEST(Relation, AHeldRegionGoesAlongFromWhenItBegins) {
+    const std::string lifted = R"(, "keyframes": [{"time": 0}, {"time": 0.4, "position": [0, 0, 0.2]}])";
+    Played held(clamped(R"("kind": "hold")", lifted));
+    held.step(20);
+    EXPECT_LT((displacement_of_end(held) - Vec3(0, 0, 0.2)).norm(), 1e-9);
+    // Keyframes come on top of it.
+    Played moved(clamped(
+        R"("kind": "move", "keyframes": [{"time": 0}, {"time": 0.4, "position": [-0.1, 0, 0]}])", lifted));
+    moved.step(20);
+    EXPECT_LT((displacement_of_end(moved) - Vec3(-0.1, 0, 0.2)).norm(), 1e-9);
+    Played late(clamped(R"("kind": "hold", "from_time": 0.2)", lifted));
+    late.step(20);
+    EXPECT_LT((displacement_of_end(late) - Vec3(0, 0, 0.1)).norm(), 1e-9);
+}
+
+TEST(Relation, AHeldRegionGoesAlongWithMaterialAndWithWhatItCarries) {
+    Played played(clamped(R"("kind": "hold")", R"(, "relative_to": "other")"));
+    played.step(20);
+    EXPECT_LT((displacement_of_end(played) - Vec3(0, 0, 0.4)).norm(), 1e-6);
+    // From 0.2 s on, and only until 0.3 s.
+    Played some(clamped(R"("kind": "hold", "from_time": 0.2, "release_when": {"time": 0.3})",
+                        R"(, "relative_to": "other")"));
+    some.step(15);
+    EXPECT_LT((displacement_of_end(some) - Vec3(0, 0, 0.1)).norm(), 1e-6);
+    some.course->advance(*some.world);
+    EXPECT_FALSE(some.body().constraints()[0].is_active(some.world->time()));
+}
+
 TEST(Relation, WhatCannotCarryIsRefusedInOneLine) {
     const auto error_of = [](const std::string& rest) -> std::string {
         try {
@@ -212,6 +267,9 @@ TEST(Relation, WhatCannotCarryIsRefusedInOneLine) {
     EXPECT_THAT(tool(R"({"tool": "t", "body": "bar"})"), HasSubstr("body"));
     EXPECT_THAT(tool(R"({"body": "bar", "region": {"sphere": {"center": [9, 9, 9], "radius": 0.1}}})"),
                 HasSubstr("tool 'u' relative_to: its region holds no phyxel of body 'bar'"));
+    EXPECT_THAT(error_of(R"(, "constraints": [{"body": "bar", "kind": "hold", "relative_to": "nobody",
+                            "region": {"sphere": {"center": [0, 0, 0], "radius": 1}}}])"),
+                HasSubstr("constraints[0].relative_to is \"nobody\", which names nothing"));
     EXPECT_THAT(
         error_of(R"(, "colliders": [{"name": "a", "shape": {"sphere": {"radius": 1}}, "relative_to": "b"},
                             {"name": "b", "shape": {"sphere": {"radius": 1}}, "relative_to": "a"}])"),
@@ -340,7 +398,9 @@ std::string eventful() {
           "constraints": [{"body": "bar", "kind": "hold", "release_when": {"body": "bar", "at_least": 2},
               "region": {"half_space": {"point": [-0.4, 0, 0], "normal": [-1, 0, 0]}}},
             {"body": "other", "kind": "move", "keyframes": [{"time": 0}, {"time": 0.3, "position": [0, 0, 0.1]}],
-             "region": {"half_space": {"point": [0.4, 0, 0], "normal": [1, 0, 0]}}, "start_when": {"body": "bar"}}],
+             "region": {"half_space": {"point": [0.4, 0, 0], "normal": [1, 0, 0]}}, "start_when": {"body": "bar"}},
+            {"body": "other", "kind": "hold", "relative_to": "bar", "from_time": 0.1,
+             "region": {"half_space": {"point": [-0.4, 0, 0], "normal": [-1, 0, 0]}}}],
           "handles": [{"name": "grip", "body": "bar", "stiffness": 800, "force_limit": 20,
               "region": {"half_space": {"point": [0.3, 0, 0], "normal": [1, 0, 0]}}, "start_when": {"body": "bar"},
               "relative_to": {"body": "other"}, "keyframes": [{"time": 0}, {"time": 0.3, "position": [0.1, 0, 0.2]}]}],

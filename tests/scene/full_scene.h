@@ -57,7 +57,8 @@ inline constexpr const char* full_scene = R"json({
   ],
   "constraints": [
     {"body": "a", "region": {"box": {"min": [0, 0, 0], "max": [1, 1, 2]}}, "kind": "hold", "pivot": [0.1, 0.2, 0.3],
-     "from_time": 0.1, "until_time": 2.5, "start_when": {"body": "a", "at_least": 4}, "release_when": {"body": "b"}},
+     "from_time": 0.1, "until_time": 2.5, "start_when": {"body": "a", "at_least": 4}, "release_when": {"body": "b"},
+     "relative_to": {"collider": "c2"}},
     {"body": "b", "region": {"sphere": {"center": [0, 1, 0], "radius": 0.3}}, "kind": "move",
      "keyframes": [{"time": 0.25, "position": [1, 0, 0], "rotation": {"axis": [0, 1, 0], "angle_degrees": 12}},
                    {"time": 0.5}]},

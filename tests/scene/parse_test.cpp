@@ -116,7 +116,8 @@ TEST(ParseScene, reads_every_field) {
                                                        0.1,
                                                        2.5,
                                                        Condition{"a", 4, {}, {}},
-                                                       Condition{"b", 2, {}, {}}}));
+                                                       Condition{"b", 2, {}, {}},
+                                                       Carrier{CarrierKind::collider, "c2", {}}}));
     const std::vector<MotionKeyframe> path = {{0.25, Vec3(1, 0, 0), {Vec3(0, 1, 0), 12}},
                                               {0.5, Vec3(0, 0, 0), {}}};
     EXPECT_EQ(s.constraints[1], (ConstraintDescription{"b",
@@ -125,6 +126,7 @@ TEST(ParseScene, reads_every_field) {
                                                        path,
                                                        Vec3(0, 1, 0),
                                                        0,
+                                                       {},
                                                        {},
                                                        {},
                                                        {}}));

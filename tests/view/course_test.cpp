@@ -38,6 +38,20 @@ TEST_F(CarriedScene, ThingsStartWhenTheBodyIsSeveredAndGoAlongWithIt) {
     EXPECT_GT(session.state().instruments[0].frame.translation().x(), 0.07) << "it went along";
 }
 
+TEST_F(CarriedScene, AHeldRegionGoesAlongWithACollider) {
+    // The block is lifted by its left face, which a plate carries.
+    const std::string lifted =
+        R"(, "colliders": [{"name": "plate", "shape": {"box": {"size": [0.02, 0.02, 0.02]}},
+        "placement": {"position": [-0.4, 0, 0.3]}, "keyframes": [{"time": 0}, {"time": 0.4, "position": [0, 0, 0.1]}]}],
+        "constraints": [{"body": "block", "kind": "hold", "relative_to": "plate",
+        "region": {"half_space": {"point": [-0.07, 0, 0], "normal": [-1, 0, 0]}}}])";
+    HandSession lifting(write_block_scene(folder.path, lifted, 12, 90));
+    const double before = lifting.viewer.bounds().max.z();
+    lifting.key("space");
+    lifting.run(24);
+    EXPECT_NEAR(lifting.viewer.bounds().max.z(), before + 0.1, 0.01);
+}
+
 TEST_F(CarriedScene, RecordingsUndoAndThePastComeToTheSameBits) {
     session.key("space");
     session.run(8);

@@ -247,7 +247,7 @@ void SceneDriver::move_constraints(Simulation& simulation, double from, double t
                 body_of(c.body),
                 {.region = region_of(c.region), .pose = to_public(course_.constraint_motion(k, from))});
         if (!acts && there) simulation.remove_constraint(*constraints_[k]);
-        if (acts && c.kind == scene::ConstraintKind::move)
+        if (acts && (c.kind == scene::ConstraintKind::move || c.relative_to))
             simulation.add_constraint_pose(*constraints_[k], to, to_public(course_.constraint_motion(k, to)));
     }
 }

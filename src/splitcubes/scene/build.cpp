@@ -34,7 +34,22 @@ io::Model model_of_shape(const BodyDescription& body, BuildReport& report, const
     return {shape_mesh(body.shape, parallel), {}};
 }
 
-void add_constraint(const ConstraintDescription& c, body::Body& target, std::size_t constraint_index) {
+// The motion `own` of what goes along with something from a time on, s, as far as time alone decides.
+std::function<Isometry(double)> carried_on(const std::optional<Carrier>& carrier, double from_time,
+                                           std::function<Isometry(double)> own,
+                                           const SceneDescription& scene) {
+    const auto outer = carrier ? prescribed_motion(*carrier, scene.colliders, scene.tools) : std::nullopt;
+    if (!outer) return own;
+    ToolDescription path;
+    path.blades.push_back(StraightBlade{});
+    path.motion = *outer;
+    return [from_time, own = std::move(own), blade = make_blade(path)](double time) {
+        return motion_since(blade, from_time, time) * own(time);
+    };
+}
+
+void add_constraint(const ConstraintDescription& c, const SceneDescription& scene, body::Body& target,
+                    std::size_t constraint_index) {
     const auto region = region_test(c.region);
     if (!target.has_phyxel_in(region))
         throw InputError("constraints[" + std::to_string(constraint_index) + "]",
@@ -43,10 +58,11 @@ void add_constraint(const ConstraintDescription& c, body::Body& target, std::siz
                              std::to_string(target.phyxel_spacing()) + " m)");
     body::HoldConstraint hold;
     hold.region = region;
-    hold.motion = [c](double time) {
+    const auto own = [c](double time) {
         return c.kind == ConstraintKind::hold ? Isometry::Identity()
                                               : keyframe_motion(c.keyframes, c.pivot, time);
     };
+    hold.motion = carried_on(c.relative_to, c.from_time, own, scene);
     hold.from = c.from_time;
     if (c.until_time) hold.until = *c.until_time;
     target.add_constraint(std::move(hold));
@@ -229,15 +245,7 @@ body::Collider make_collider(const ColliderDescription& collider, const Parallel
 
 std::function<Isometry(double)> handle_motion(const HandleDescription& h, const SceneDescription& scene) {
     const auto own = [h](double time) { return keyframe_motion(h.keyframes, h.pivot, time); };
-    const auto carrier =
-        h.relative_to ? prescribed_motion(*h.relative_to, scene.colliders, scene.tools) : std::nullopt;
-    if (!carrier) return own;
-    ToolDescription path;
-    path.blades.push_back(StraightBlade{});
-    path.motion = *carrier;
-    return [h, own, blade = make_blade(path)](double time) {
-        return motion_since(blade, h.from_time, time) * own(time);
-    };
+    return carried_on(h.relative_to, h.from_time, own, scene);
 }
 
 body::Collider make_solid_tool(const ToolDescription& tool, const Parallel& parallel, BuildReport* report) {
@@ -304,7 +312,8 @@ std::unique_ptr<body::World> build_world(
         throw InputError("scene", "there is no body '" + name + "'");
     };
     for (std::size_t k = 0; k < scene.constraints.size(); ++k)
-        add_constraint(scene.constraints[k], *world->bodies()[index_of_body(scene.constraints[k].body)], k);
+        add_constraint(scene.constraints[k], scene,
+                       *world->bodies()[index_of_body(scene.constraints[k].body)], k);
     for (const HandleDescription& handle : scene.handles)
         add_handle(handle, scene, *world->bodies()[index_of_body(handle.body)]);
     const auto solid_tools = static_cast<std::size_t>(

@@ -61,7 +61,7 @@ struct Course::Plan {
     const SceneDescription* scene;
     bool depends_on_state = false, takes_over = false;
     std::vector<cutting::Blade> blades;
-    std::vector<std::optional<Link>> tool_carriers, collider_carriers, handle_carriers;
+    std::vector<std::optional<Link>> tool_carriers, collider_carriers, constraint_carriers, handle_carriers;
     std::vector<std::pair<std::size_t, MaterialFrame>> frames;  // number of the body
     // Regions of those that start in the middle of a run, with the numbers of their bodies.
     std::vector<std::optional<std::pair<std::size_t, MaterialFrame>>> constraint_regions, handle_regions;
@@ -78,7 +78,9 @@ struct Course::Plan {
         }
         for (const ConstraintDescription& one : of.constraints) {
             const std::string where = "constraints[" + std::to_string(constraint_regions.size()) + "]";
+            constraint_carriers.push_back(link(one.relative_to, where, at_start));
             constraint_regions.push_back(region_of(one, where, at_start));
+            depends_on_state |= constraint_carriers.back() && !constraint_carriers.back()->is_prescribed;
         }
         for (const HandleDescription& one : of.handles) {
             const std::string where = "handle '" + one.name + "'";
@@ -151,7 +153,8 @@ bool Course::decides_collider(std::size_t index) const {
 
 bool Course::decides_constraint(std::size_t index) const {
     const ConstraintDescription& one = plan_->scene->constraints[index];
-    return one.start_when || one.release_when;
+    const std::optional<Link>& carrier = plan_->constraint_carriers[index];
+    return one.start_when || one.release_when || (carrier && !carrier->is_prescribed);
 }
 
 bool Course::decides_handle(std::size_t index) const {
@@ -254,13 +257,18 @@ void Course::take_over(double time, Bodies bodies) {
         if (region && hold.clock.started && !hold.grip)
             hold.grip = region->second.fit(bodies[region->first], 0, Isometry::Identity());
     };
-    for (std::size_t k = 0; k < constraints_.size(); ++k) grip(constraints_[k], plan_->constraint_regions[k]);
+    for (std::size_t k = 0; k < constraints_.size(); ++k) {
+        grip(constraints_[k], plan_->constraint_regions[k]);
+        note_base(constraints_[k], plan_->constraint_carriers[k], constraint_activity(k).first, time);
+    }
     for (std::size_t k = 0; k < handles_.size(); ++k) {
         grip(handles_[k], plan_->handle_regions[k]);
-        const std::optional<Link>& carrier = plan_->handle_carriers[k];
-        if (carrier && !handles_[k].base && time >= handle_activity(k).first)
-            handles_[k].base = std::pair(time, carried(*carrier, time));
+        note_base(handles_[k], plan_->handle_carriers[k], handle_activity(k).first, time);
     }
+}
+
+void Course::note_base(Hold& hold, const std::optional<Link>& carrier, double begin, double time) const {
+    if (carrier && !hold.base && time >= begin) hold.base = std::pair(time, carried(*carrier, time));
 }
 
 void Course::forget_before(double time) {
@@ -299,9 +307,20 @@ Isometry Course::constraint_motion(std::size_t index, double time) const {
     const Hold& hold = constraints_[index];
     const double at = own_time(hold.clock.started, {}, of.start_when.has_value(), time);
     const bool moves = of.kind == ConstraintKind::move;
-    if (!hold.grip) return moves ? keyframe_motion(of.keyframes, of.pivot, at) : Isometry::Identity();
-    return moves ? Isometry(keyframe_motion(of.keyframes, *hold.grip * of.pivot, at) * *hold.grip)
-                 : *hold.grip;
+    const Isometry grip = hold.grip.value_or(Isometry::Identity());
+    const Isometry own = moves ? Isometry(keyframe_motion(of.keyframes, grip * of.pivot, at) * grip) : grip;
+    return carried_on(hold, plan_->constraint_carriers[index], of.from_time, own, time);
+}
+
+// On from where the carrier was when the thing began to act.
+Isometry Course::carried_on(const Hold& hold, const std::optional<Link>& carrier, double from_time,
+                            const Isometry& own, double time) const {
+    if (!carrier) return own;
+    if (carrier->is_prescribed) {
+        const double began = hold.clock.started.value_or(0) + from_time;
+        return carried(*carrier, time) * carried(*carrier, began).inverse() * own;
+    }
+    return hold.base ? Isometry(carried(*carrier, time) * hold.base->second.inverse() * own) : own;
 }
 
 Isometry Course::handle_motion(std::size_t index, double time) const {
@@ -311,13 +330,7 @@ Isometry Course::handle_motion(std::size_t index, double time) const {
     const Isometry own = hold.grip
                              ? Isometry(keyframe_motion(of.keyframes, *hold.grip * of.pivot, at) * *hold.grip)
                              : keyframe_motion(of.keyframes, of.pivot, at);
-    const std::optional<Link>& carrier = plan_->handle_carriers[index];
-    if (!carrier) return own;
-    if (carrier->is_prescribed) {
-        const double began = hold.clock.started.value_or(0) + of.from_time;
-        return carried(*carrier, time) * carried(*carrier, began).inverse() * own;
-    }
-    return hold.base ? Isometry(carried(*carrier, time) * hold.base->second.inverse() * own) : own;
+    return carried_on(hold, plan_->handle_carriers[index], of.from_time, own, time);
 }
 
 Course::Interval Course::tool_activity(std::size_t index) const {

@@ -99,6 +99,9 @@ class Course {
     bool holds_now(const Condition& when, double time, Bodies bodies) const;
     bool has_ended(std::size_t tool, double time) const;
     Isometry carried(const Link& link, double time) const;
+    Isometry carried_on(const Hold& hold, const std::optional<Link>& carrier, double from_time,
+                        const Isometry& own, double time) const;
+    void note_base(Hold& hold, const std::optional<Link>& carrier, double begin, double time) const;
 
     std::shared_ptr<const Plan> plan_;
     std::vector<Clock> tools_, colliders_;

@@ -196,6 +196,8 @@ struct ConstraintDescription {
     std::optional<double> until_time;       // s; none: never released
     std::optional<Condition> start_when;    // times count from when it holds, motion from where it is then
     std::optional<Condition> release_when;
+    /// The region goes along with it, from where both are at from_time; keyframes move it in addition.
+    std::optional<Carrier> relative_to;
     bool operator==(const ConstraintDescription&) const = default;
 };
 

@@ -69,7 +69,7 @@ const std::vector<ObjectKeys>& scene_keys() {
           "until_time", "start_when", "release_when", "relative_to"}},
         {"constraint",
          {"body", "region", "kind", "keyframes", "pivot", "from_time", "until_time", "start_when",
-          "release_when"}},
+          "release_when", "relative_to"}},
         {"region", {"box", "sphere", "half_space", "cylinder", "slab"}},
         {"box_region", {"min", "max"}},
         {"sphere_region", {"center", "radius"}},

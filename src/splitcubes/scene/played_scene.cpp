@@ -36,7 +36,10 @@ class Player {
             ConstraintDescription one = scene_.constraints[k];
             const auto motion = [&](double t) { return course_.constraint_motion(k, t); };
             if (course_.decides_constraint(k) && !play(one, course_.constraint_activity(k), motion)) continue;
-            if (course_.decides_constraint(k)) one.kind = ConstraintKind::move;
+            if (course_.decides_constraint(k)) {
+                one.kind = ConstraintKind::move;
+                one.relative_to.reset();
+            }
             out.constraints.push_back(std::move(one));
         }
         for (std::size_t k = 0; k < scene_.handles.size(); ++k) {

@@ -249,7 +249,8 @@ std::vector<MotionKeyframe> read_keyframes(const Value& value) {
     return out;
 }
 
-ConstraintDescription read_constraint(const Value& value, const std::vector<BodyDescription>& bodies) {
+ConstraintDescription read_constraint(const Value& value, const SceneDescription& known) {
+    const std::vector<BodyDescription>& bodies = known.bodies;
     const Object object(value, "constraint");
     ConstraintDescription out;
     out.body = read_body_name(object.at("body"), bodies);
@@ -277,6 +278,7 @@ ConstraintDescription read_constraint(const Value& value, const std::vector<Body
     }
     out.start_when = read_condition(object, "start_when", bodies);
     out.release_when = read_condition(object, "release_when", bodies);
+    out.relative_to = read_carrier(object, {bodies, known.colliders, known.tools}, {});
     return out;
 }
 

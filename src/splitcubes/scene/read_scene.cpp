@@ -230,7 +230,7 @@ SceneDescription read_scene(const Value& value) {
     }
     if (object.has("constraints")) {
         for (const Value& element : object.at("constraints").elements(0, ParseLimits::constraints)) {
-            out.constraints.push_back(read_constraint(element, out.bodies));
+            out.constraints.push_back(read_constraint(element, out));
         }
     }
     // Both become colliders, which recordings tell by their names.

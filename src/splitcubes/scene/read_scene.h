@@ -69,7 +69,8 @@ ContactDescription read_contact(const Value& value);
 HandleDescription read_handle(const Value& value, const SceneDescription& known);
 /// Reads at least one keyframe, with strictly increasing times.
 std::vector<MotionKeyframe> read_keyframes(const Value& value);
-ConstraintDescription read_constraint(const Value& value, const std::vector<BodyDescription>& bodies);
+/// Reads a constraint; known: all of the scene.
+ConstraintDescription read_constraint(const Value& value, const SceneDescription& known);
 /// Reads a tool; those that it may refer to come before it.
 ToolDescription read_tool(const Value& value, const std::vector<BodyDescription>& bodies,
                           const std::vector<ColliderDescription>& colliders,

@@ -251,6 +251,7 @@ Json to_json(const ConstraintDescription& constraint) {
     out["until_time"] = or_null(constraint.until_time);
     out["start_when"] = to_json(constraint.start_when);
     out["release_when"] = to_json(constraint.release_when);
+    out["relative_to"] = to_json(constraint.relative_to);
     return out;
 }
 
