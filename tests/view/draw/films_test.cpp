@@ -58,6 +58,28 @@ TEST_F(Films, OfWhatComesEndWhenTheyAreStopped) {
     EXPECT_EQ(film.stop(), "saved " + file + ", 1 picture");
 }
 
+TEST_F(Films, OfASlowWindowDrawEachStateOnce) {
+    if (!has_encoder()) GTEST_SKIP() << "there is no ffmpeg";
+    FilmMaker film(*context);
+    Timeline timeline(std::size_t{64} << 20);
+    ASSERT_EQ(film.record(folder.path / "slow.mp4", session->viewer, width, height, Quality::quick), "");
+    session->key("space");
+    for (int k = 0; k < 3; ++k) {
+        session->frame(12);
+        timeline.add(session->viewer.state());
+        film.observe(session->viewer);
+    }
+    EXPECT_EQ(film.done(), 19U) << "0.6 s, and the first picture";
+    EXPECT_EQ(film.drawn(), 4U);
+    film.stop();
+    ASSERT_EQ(film.make(folder.path / "past.mp4", timeline.states(), session->viewer, width, height,
+                        Quality::quick),
+              "");
+    while (film.is_making()) film.advance();
+    EXPECT_EQ(film.done(), 13U);
+    EXPECT_EQ(film.drawn(), 3U);
+}
+
 TEST_F(Films, WrongNamesAreALine) {
     FilmMaker film(*context);
     EXPECT_NE(film.record(folder.path / "film.docx", session->viewer, width, height), "");

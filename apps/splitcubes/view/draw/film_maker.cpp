@@ -28,7 +28,7 @@ std::string FilmMaker::start(const std::string& file, int width, int height, Qua
     // H.264 has no odd sizes.
     width_ = width & ~1;
     height_ = height & ~1;
-    done_ = 0;
+    done_ = drawn_ = 0;
     problem_.clear();
     has_time_ = false;
     try {
@@ -76,10 +76,12 @@ std::string FilmMaker::record(const std::string& file, const Viewer& viewer, int
     return {};
 }
 
-void FilmMaker::add(const Viewer& viewer) {
+void FilmMaker::add(const Viewer& viewer, std::size_t times) {
+    if (times == 0) return;
     try {
-        video_->add(renderer_->picture(viewer, width_, height_, quality_));
-        ++done_;
+        const render::Picture picture = renderer_->picture(viewer, width_, height_, quality_);
+        ++drawn_;
+        for (; times > 0; --times, ++done_) video_->add(picture);
     } catch (const std::exception& error) {
         problem_ = error.what();
     }
@@ -88,8 +90,11 @@ void FilmMaker::add(const Viewer& viewer) {
 std::string FilmMaker::advance() {
     if (!is_making()) return {};
     if (done_ < frames_.size() && problem_.empty()) {
-        viewer_->show(frames_[done_]);
-        add(*viewer_);
+        const State& shown = frames_[done_];
+        std::size_t times = 1;
+        while (done_ + times < frames_.size() && frames_[done_ + times] == shown) ++times;
+        viewer_->show(shown);
+        add(*viewer_, times);
         if (problem_.empty() && done_ < frames_.size()) return {};
     }
     return stop();
@@ -101,7 +106,10 @@ void FilmMaker::observe(const Viewer& viewer) {
     const double time = viewer.state()->time;
     if (!has_time_ || time < next_time_ - 2 / film_rate) next_time_ = time;
     has_time_ = true;
-    for (; next_time_ <= time + 1e-9 && problem_.empty(); next_time_ += 1 / film_rate) add(viewer);
+    // A window that is slow owes several pictures of what it shows: to draw each would make it slower still.
+    std::size_t times = 0;
+    for (; next_time_ <= time + 1e-9; next_time_ += 1 / film_rate) ++times;
+    add(viewer, times);
 }
 
 std::string FilmMaker::stop() {

@@ -39,10 +39,12 @@ class FilmMaker {
     /// Pictures that it has, and that it will have; 0: not known.
     std::size_t done() const { return done_; }
     std::size_t total() const { return frames_.size(); }
+    /// Pictures that it drew: those that show the same are drawn once.
+    std::size_t drawn() const { return drawn_; }
 
   private:
     std::string start(const std::string& file, int width, int height, Quality quality);
-    void add(const Viewer& viewer);
+    void add(const Viewer& viewer, std::size_t times);
 
     const gl::Context& context_;
     std::optional<StateRenderer> renderer_;
@@ -53,7 +55,7 @@ class FilmMaker {
     int width_ = 0, height_ = 0;
     Quality quality_ = Quality::fine;
     bool is_recording_ = false;
-    std::size_t done_ = 0;
+    std::size_t done_ = 0, drawn_ = 0;
     double next_time_ = 0;  // s, simulated, of the next picture that is recorded
     bool has_time_ = false;
 };
