@@ -244,6 +244,8 @@ TEST_F(ViewCommand, WrongInputIsOneLine) {
     expect(run({"view", "nothing.obj", "--replay-input", "input.jsonl"}), "nothing.obj");
     expect(run({"view", "--replay-input", "input.jsonl"}), "there is no parameter 'stickiness'");
     expect(run({"view", "block.json", "--replay-input", "none.jsonl"}), "none.jsonl: cannot be read");
+    write_text(folder_ / "input.jsonl", key(0, "space"));
+    expect(run({"view", "input.jsonl", "--replay-input", "input.jsonl"}), "is no recording of a session");
 }
 
 TEST_F(ViewCommand, WithoutADisplaySaysWhatIsMissing) {

@@ -1,5 +1,7 @@
 #include "scene_source.h"
 
+#include "recorded_scene.h"
+
 #include <splitcubes/core/error.h>
 #include <splitcubes/geometry/rest_grid.h>
 #include <splitcubes/scene/build.h>
@@ -94,7 +96,8 @@ void add_tools(SceneSource& source, scene::BuildReport* report) {
 
 SceneSource open_scene(const std::filesystem::path& file) {
     SceneSource out;
-    out.description = scene::parse_scene_file(file);
+    out.description =
+        is_run_recording(file) ? recorded_scene(scene::read_recording(file)) : scene::parse_scene_file(file);
     scene::BuildReport report;
     for (const scene::BodyDescription& body : out.description.bodies) {
         note_left_out(body, out.notes);
@@ -231,8 +234,12 @@ SceneSource open_run_scene(const std::filesystem::path& folder) {
 
 SceneSource open_source(const std::filesystem::path& file) {
     if (!std::filesystem::is_regular_file(file))
-        throw InputError(file.string(), "is no file that can be read", "give a scene (.json) or a mesh");
+        throw InputError(file.string(), "is no file that can be read",
+                         "give a scene (.json), a mesh, a recording, a saved state or the folder of a run");
     SceneSource out;
+    if (file.extension() == ".jsonl")
+        throw InputError(file.string(), "is no recording of a session",
+                         "give one that Recording saved; input events go to --replay-input");
     if (is_checkpoint(file)) {
         out.is_checkpoint = true;
         out.description.name = file.stem().string();

@@ -43,7 +43,7 @@ SceneSource open_run_scene(const std::filesystem::path& folder);
 /// the public interface knows no colours of vertices.
 void materials_of_colours(geometry::MeshAttributes& attributes);
 
-/// Reads a scene (.json), a mesh, or a saved simulation. Throws InputError.
+/// Reads a scene or a recording of `run` (.json), a mesh, or a saved simulation. Throws InputError.
 SceneSource open_source(const std::filesystem::path& file);
 
 }  // namespace splitcubes::view
