@@ -99,6 +99,7 @@ TEST_F(Control, PresetsSetTheirMaterial) {
         EXPECT_EQ(p[youngs_modulus], preset.youngs_modulus) << preset.name;
         EXPECT_EQ(p[cutting_resistance], preset.cutting_resistance) << preset.name;
         EXPECT_EQ(p[strength], preset.strength) << preset.name;
+        EXPECT_EQ(preset_like(p), &preset) << "the window names it";
         EXPECT_GT(preset.source.size(), 40U);
     }
     session.act("preset", "granite");

@@ -99,7 +99,11 @@ grep -q 'saved .*film-1.mp4' log || fail "no film is saved"
 [[ -s splitcubes-film-1.mp4 ]] || fail "there is no film"
 [[ -n $(find "$folder/cache" -name '*.png') ]] || fail "the gallery keeps no picture"
 
-# A file that is no mesh is said in the window, which goes on.
+# A file that cannot be opened is said in one line.
 echo "no mesh" >wrong.obj
-"$program" view wrong.obj --frames 30 --screenshot wrong.png >log 2>&1 || fail "a wrong file ends the viewer"
+for file in wrong.obj nothing.json "$folder"; do
+  code=0
+  "$program" view "$file" --frames 3000 >log 2>&1 || code=$?
+  [[ $code == 2 && $(wc -l <log) == 1 ]] || fail "$file ends the viewer with $code"
+done
 echo "window_test: passed"

@@ -2,7 +2,9 @@
 
 #include <splitcubes/core/error.h>
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 
 namespace splitcubes::view {
 
@@ -66,6 +68,20 @@ std::size_t parameter_index(const std::string& name, const std::string& where) {
 
 std::span<const Preset> preset_list() {
     return presets;
+}
+
+const Preset* preset_like(std::span<const double> parameters) {
+    if (parameters.size() < parameter_count) return nullptr;
+    const auto has = [&](std::size_t index, double value) {
+        return std::abs(parameters[index] - value) <= 1e-6 * std::abs(value);
+    };
+    const auto found = std::find_if(presets.begin(), presets.end(), [&](const Preset& p) {
+        return has(youngs_modulus, p.youngs_modulus) && has(poisson_ratio, p.poisson_ratio) &&
+               has(mass_damping, p.mass_damping) && has(stiffness_damping, p.stiffness_damping) &&
+               has(density, p.density) && has(cutting_resistance, p.cutting_resistance) &&
+               has(strength, p.strength);
+    });
+    return found == presets.end() ? nullptr : &*found;
 }
 
 const Preset& preset_of(const std::string& name, const std::string& where) {

@@ -54,6 +54,8 @@ struct Preset {
 };
 
 std::span<const Preset> preset_list();
+/// Returns the material that has these values of parameter_list(), within a millionth; null: none.
+const Preset* preset_like(std::span<const double> parameters);
 /// Throws InputError(where, ...) for an unknown name.
 const Preset& preset_of(const std::string& name, const std::string& where);
 

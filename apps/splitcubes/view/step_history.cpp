@@ -16,8 +16,8 @@ Spread spread_of(std::vector<double> values) {
 
 const std::array<std::string_view, stage_count>& stage_labels() {
     static constexpr std::array<std::string_view, stage_count> labels = {
-        "move tools", "cut edges",      "tear",     "retessellate", "label pieces", "visibility",
-        "resample",   "neighbourhoods", "contacts", "integrate",    "node frames",  "surface"};
+        "move tools", "cut edges",  "tear",     "retessellate", "label pieces", "visibility",
+        "resample",   "neighbours", "contacts", "integrate",    "node frames",  "surface"};
     return labels;
 }
 

@@ -262,6 +262,7 @@ double Tools::grip_limit(const PublishedState& state) const {
 
 void Tools::begin_grip(const ToolContext& context, std::vector<Command>& out) {
     busy_ = false;
+    forceps_.reset();  // those in the hand are where the pointer is next
     if (take_pin_off(context, out)) return;
     const std::optional<Pick> hit = pick(context.state, context.camera.ray(x_, y_, context.size));
     if (!hit) return;

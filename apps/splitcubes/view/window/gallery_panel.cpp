@@ -96,7 +96,7 @@ void GalleryPanel::draw(const Viewer& viewer, std::vector<ViewerInput>& out) {
                      ImGuiWindowFlags_NoBringToFrontOnFocus);
     ImGui::TextUnformatted(
         "What do you want to cut?  Click on a picture, or drop a scene, a mesh, a recording, a saved state "
-        "or the folder of a run here.");
+        "or the folder of a run here.  F1: help.");
     const bool is_open = viewer.state() && !viewer.state()->bodies.empty();
     if (is_open && ImGui::Button("Back (G)"))
         out.push_back({.kind = InputKind::set, .name = "gallery", .value = 0});

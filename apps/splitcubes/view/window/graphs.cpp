@@ -111,7 +111,7 @@ void draw_stage_graph(const StepHistory& history, double step_length_ms, float w
 
 void draw_stage_table(const StepHistory& history) {
     if (!ImGui::BeginTable("stages", 4, ImGuiTableFlags_SizingStretchProp)) return;
-    ImGui::TableSetupColumn("ms", 0, 2.2F);
+    ImGui::TableSetupColumn("ms", 0, 1.9F);
     for (const char* name : {"median", "99 %", "worst"}) ImGui::TableSetupColumn(name, 0, 1.0F);
     ImGui::TableHeadersRow();
     const auto row = [](const char* name, const Spread& spread, ImU32 colour) {
@@ -122,7 +122,7 @@ void draw_stage_table(const StepHistory& history) {
         ImGui::PopStyleColor();
         for (const double value : {spread.median, spread.high, spread.worst}) {
             ImGui::TableNextColumn();
-            ImGui::Text("%.2f", value);
+            ImGui::Text(value < 100 ? "%.2f" : "%.0f", value);
         }
     };
     row("whole step", history.total(), text_colour);
@@ -140,7 +140,7 @@ void draw_energy_graph(const StepHistory& history, float width, float height) {
     const double top = round_up(std::max(largest(history, kinetic), largest(history, elastic)));
     draw_series(area, history, top, IM_COL32(240, 190, 90, 255), kinetic);
     draw_series(area, history, top, IM_COL32(110, 190, 250, 255), elastic);
-    area.label(label_of("%.2g J", top));
+    area.label(label_of("%.6g J", top));
     ImGui::TextColored({0.94F, 0.75F, 0.35F, 1}, "kinetic");
     ImGui::SameLine();
     ImGui::TextColored({0.43F, 0.75F, 0.98F, 1}, "elastic");
@@ -151,7 +151,7 @@ void draw_force_graph(const StepHistory& history, float width, float height) {
     const auto force = [](const StepStatistics& s) { return s.tool_force; };
     const double top = round_up(largest(history, force));
     draw_series(area, history, top, IM_COL32(240, 120, 120, 255), force);
-    area.label(label_of("%.2g N", top));
+    area.label(label_of("%.6g N", top));
 }
 
 }  // namespace splitcubes::view

@@ -66,9 +66,10 @@ class Offscreen : public OffscreenPanels {
         ImGui_ImplOpenGL3_NewFrame();
         ImGui::NewFrame();
         std::vector<ViewerInput> ignored;
-        if (shows_gallery(viewer))
+        if (shows_gallery(viewer)) {
             gallery_.draw(viewer, ignored);
-        else
+            panels_.draw_help(viewer);
+        } else {
             panels_.draw(viewer,
                          {.history = history_,
                           .latencies = latencies_,
@@ -78,6 +79,7 @@ class Offscreen : public OffscreenPanels {
                           .labels = renderer.labels(),
                           .quality = "fine"},
                          ignored);
+        }
         if (viewer.pointer().first > 0) draw_pointer(viewer);
         ImGui::Render();
     }

@@ -152,11 +152,11 @@ void Panels::tool_settings(const Viewer& viewer) {
             break;
         case ToolKind::forceps:
             slider(viewer, "Opening, m", "forceps_width", 0.01 * size, 0.4 * size, "%.4f");
-            slider(viewer, "Grip", "forceps_grip", 0.05, 20, "%.2f", true);
+            slider(viewer, "Grip, times", "forceps_grip", 0.05, 20, "%.2f", true);
             ImGui::Text("Holds up to %.3g N", viewer.tools().grip_limit(*viewer.state()));
             break;
         default:
-            slider(viewer, "Strength", "pull_strength", 0.1, 10, "%.2f", true);
+            slider(viewer, "Pull, times", "pull_strength", 0.1, 10, "%.2f", true);
     }
 }
 
@@ -178,20 +178,18 @@ void Panels::parameter(const Viewer& viewer, std::size_t index) {
 
 void Panels::materials(const Viewer& viewer) {
     ImGui::SetNextItemWidth(em(6.6));
-    if (ImGui::BeginCombo("Material", "choose")) {
+    const Preset* now = preset_like(viewer.state()->parameters);
+    if (ImGui::BeginCombo("Material", now == nullptr ? "choose" : now->name.data())) {
         for (const Preset& preset : preset_list()) {
             const std::string name(preset.name);
-            if (ImGui::Selectable(name.c_str())) {
-                act("preset", name);
-                source_ = name + ". " + std::string(preset.source);
-            }
+            if (ImGui::Selectable(name.c_str(), &preset == now)) act("preset", name);
             tooltip(preset.source);
         }
         ImGui::EndCombo();
     }
-    if (!source_.empty()) {
+    if (now != nullptr) {
         ImGui::PushTextWrapPos(0);
-        ImGui::TextDisabled("%s", source_.c_str());
+        ImGui::TextDisabled("%.*s", static_cast<int>(now->source.size()), now->source.data());
         ImGui::PopTextWrapPos();
     }
     for (std::size_t k = 0; k < parameter_count; ++k) {
@@ -281,7 +279,7 @@ void Panels::measures(const Viewer& viewer, const PanelData& data) {
         ImGui::Text("%zu piece%s   %zu contacts   %d iterations", pieces, pieces == 1 ? "" : "s",
                     state.statistics.contacts, state.statistics.solver_iterations);
     if (!data.quality.empty()) {
-        ImGui::Text("quality in motion: %s", data.quality.c_str());
+        ImGui::Text("in motion: %s", data.quality.c_str());
         tooltip("Chosen by the time that a picture takes; fine at rest");
     }
     const Spread latency = data.latencies.spread();
@@ -289,7 +287,7 @@ void Panels::measures(const Viewer& viewer, const PanelData& data) {
         ImGui::Text("frame %.1f ms, %.1f of it not OpenGL", data.frame_ms, data.interface_ms);
     if (data.latencies.count() > 0)
         ImGui::Text("input to picture %.0f ms, worst %.0f", latency.median, latency.worst);
-    else
+    else if (data.frame_ms > 0)
         ImGui::TextDisabled("input to picture: nothing done yet");
     if (viewer.shows_run()) return;
     const float width = ImGui::GetContentRegionAvail().x;
@@ -437,8 +435,9 @@ void Panels::hint(const Viewer& viewer, const PanelData& data) {
 }
 
 void Panels::help(const Viewer& viewer) {
-    const float left = viewer.display().panels ? left_width() : 0,
-                right = viewer.display().panels ? right_width() : 0;
+    const bool beside_panels = viewer.display().panels && !viewer.display().gallery && viewer.state() &&
+                               !viewer.state()->bodies.empty();
+    const float left = beside_panels ? left_width() : 0, right = beside_panels ? right_width() : 0;
     const float width = static_cast<float>(viewer.size().width) - left - right - em(2);
     ImGui::SetNextWindowPos({left + em(1), em(4)});
     ImGui::SetNextWindowSize({std::max(width, em(20)), 0});
@@ -476,6 +475,11 @@ void Panels::end_panel() {
     const ImVec2 at = ImGui::GetWindowPos(), size = ImGui::GetWindowSize();
     covered_.push_back({at.x, at.y, size.x, size.y});
     ImGui::End();
+}
+
+void Panels::draw_help(const Viewer& viewer) {
+    covered_.clear();
+    if (viewer.display().help) help(viewer);
 }
 
 bool Panels::covers(double x, double y) const {

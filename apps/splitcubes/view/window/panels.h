@@ -39,6 +39,8 @@ void fill_behind_panels(const Viewer& viewer, int width, int height);
 class Panels {
   public:
     void draw(const Viewer& viewer, const PanelData& data, std::vector<ViewerInput>& out);
+    /// The help alone, over the gallery, if it is to be seen.
+    void draw_help(const Viewer& viewer);
     /// Tells whether a panel was at a position in the last frame. ImGui's own answer is that of the frame's
     /// pointer, which may be elsewhere by now.
     bool covers(double x, double y) const;
@@ -73,7 +75,6 @@ class Panels {
     std::uint64_t notices_ = 0, own_notices_ = 0;
     double notice_since_ = -100;
     std::string notice_;
-    std::string source_;  // of the preset that was chosen last
 };
 
 }  // namespace splitcubes::view

@@ -7,6 +7,7 @@
 #include "space_mouse.h"
 
 #include <splitcubes/core/error.h>
+#include <splitcubes/core/input_errors.h>
 #include <splitcubes/render/image.h>
 #include <splitcubes/view/draw/film_maker.h>
 #include <splitcubes/view/kept_settings.h>
@@ -24,6 +25,7 @@
 #include <functional>
 #include <iostream>
 #include <optional>
+#include <sstream>
 #include <string>
 #include <string_view>
 #include <thread>
@@ -250,6 +252,7 @@ class Session {
     void take(const ViewerInput& input);
     void send_commands(double time);
     void show_state();
+    void require_opened(const PublishedState& newest) const;
     void draw();
     void draw_panels();
     void wait_for_next_frame(double begin);
@@ -365,9 +368,25 @@ void Session::take_events() {
     for (const ViewerInput& event : events) take(event);
 }
 
+// A file that the command line names is in order, or the program ends as other commands do.
+void Session::require_opened(const PublishedState& newest) const {
+    if (settings_.file.empty() || newest.scene > 0 || newest.notice.empty()) return;
+    std::vector<InputError> errors;
+    std::istringstream text(newest.notice);
+    for (std::string line; std::getline(text, line);) {
+        const std::size_t colon = line.find(": ");
+        if (colon == std::string::npos)
+            errors.emplace_back(settings_.file.string(), line);
+        else
+            errors.emplace_back(line.substr(0, colon), line.substr(colon + 2));
+    }
+    throw InputErrors(errors);
+}
+
 void Session::show_state() {
     State newest = simulation_.newest();
     if (!newest) return;
+    require_opened(*newest);
     history_.add(*newest);
     const auto scrubbed = viewer_.scrubbed();
     const State past = scrubbed ? simulation_.timeline().at(*scrubbed) : nullptr;
@@ -398,6 +417,7 @@ void Session::draw_panels() {
         film = "Filming: " + std::to_string(film_.done()) + " pictures.  F11 ends the film.";
     if (shows_gallery(viewer_)) {
         gallery_.draw(viewer_, changes);
+        panels_.draw_help(viewer_);
         if (gallery_.is_busy()) still_frames_ = 0;
     } else {
         gallery_.close();
