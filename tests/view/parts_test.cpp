@@ -50,6 +50,25 @@ TEST(Camera, FocusShowsTheWholeBox) {
     }
 }
 
+TEST(Camera, WhatHasLeftThePictureIsNoticedUnlessItIsNear) {
+    OrbitCamera camera;
+    geometry::Box box;
+    box.add(Vec3(-0.1, -0.1, -0.1));
+    box.add(Vec3(0.1, 0.1, 0.1));
+    camera.focus(box);
+    const ViewSize size{1280, 720};
+    const ViewArea area{245, 0, 1014, 656};
+    EXPECT_FALSE(has_left(box, camera, size, area));
+    EXPECT_FALSE(has_left({}, camera, size, area));
+    geometry::Box away;
+    for (const double side : {-0.1, 0.1}) away.add(Vec3(Vec3::Constant(side) + 0.5 * camera.right()));
+    EXPECT_TRUE(has_left(away, camera, size, area)) << "behind the panel at the right";
+    camera.distance *= 0.25;
+    EXPECT_FALSE(has_left(box, camera, size, area)) << "a near one fills the picture";
+    camera.target += 3 * camera.forward();
+    EXPECT_FALSE(has_left(box, camera, size, area)) << "behind the eye there is nothing to turn to";
+}
+
 TEST(Camera, ElevationStopsAtThePoles) {
     OrbitCamera camera;
     for (int k = 0; k < 100; ++k) camera.orbit(3, 40);

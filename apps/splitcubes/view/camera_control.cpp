@@ -79,4 +79,23 @@ void OrbitCamera::look(const Vec3& from, const Vec3& at) {
     elevation = std::clamp(std::asin(offset.z() / distance), -max_elevation, max_elevation);
 }
 
+bool has_left(const geometry::Box& box, const OrbitCamera& camera, const ViewSize& size,
+              const ViewArea& area) {
+    if (box.empty()) return false;
+    constexpr int corners = 8;
+    int outside = 0;
+    geometry::Box seen;
+    for (int c = 0; c < corners; ++c) {
+        const Vec3 corner((c & 1) != 0 ? box.max.x() : box.min.x(), (c & 2) != 0 ? box.max.y() : box.min.y(),
+                          (c & 4) != 0 ? box.max.z() : box.min.z());
+        const Vec3 p = camera.project(corner, size);
+        if (!(p.z() > 0)) return false;  // the eye is in the midst of it
+        seen.add(p);
+        outside += p.x() < area.left || p.x() > area.right || p.y() < area.top || p.y() > area.bottom;
+    }
+    const Vec3 extent = seen.size();
+    return 2 * outside > corners && extent.x() < area.right - area.left &&
+           extent.y() < area.bottom - area.top;
+}
+
 }  // namespace splitcubes::view

@@ -42,4 +42,12 @@ struct OrbitCamera {
     void look(const Vec3& from, const Vec3& at);
 };
 
+/// A part of a view, pixels from its upper left.
+struct ViewArea {
+    double left = 0, top = 0, right = 0, bottom = 0;
+};
+/// Tells whether most of a box lies outside an area of the view, though it is not larger than that.
+bool has_left(const geometry::Box& box, const OrbitCamera& camera, const ViewSize& size,
+              const ViewArea& area);
+
 }  // namespace splitcubes::view

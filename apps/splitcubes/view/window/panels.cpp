@@ -423,6 +423,11 @@ void Panels::hint(const Viewer& viewer, const PanelData& data) {
     if (text.empty() && !viewer.is_playing())
         text = viewer.shows_run() ? "Press Space to play.  Drag to turn the view."
                                   : "Paused: press Space to play.  Strokes wait until then.";
+    const ViewArea picture{left_width(), 0, viewer.size().width - right_width(),
+                           viewer.size().height - bottom_height()};
+    if (text.empty() && !viewer.is_button_down() &&
+        has_left(viewer.bounds(), viewer.camera(), viewer.size(), picture))
+        text = "It has left the picture.  F shows all of it.";
     if (text.empty()) return;
     const float middle = 0.5F * (left_width() + static_cast<float>(viewer.size().width) - right_width());
     ImGui::SetNextWindowPos({middle, em(0.8)}, 0, {0.5F, 0});
