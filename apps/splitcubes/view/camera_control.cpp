@@ -93,9 +93,10 @@ bool has_left(const geometry::Box& box, const OrbitCamera& camera, const ViewSiz
         seen.add(p);
         outside += p.x() < area.left || p.x() > area.right || p.y() < area.top || p.y() > area.bottom;
     }
+    constexpr double much = 1.5;
     const Vec3 extent = seen.size();
-    return 2 * outside > corners && extent.x() < area.right - area.left &&
-           extent.y() < area.bottom - area.top;
+    return 2 * outside > corners && extent.x() < much * (area.right - area.left) &&
+           extent.y() < much * (area.bottom - area.top);
 }
 
 }  // namespace splitcubes::view

@@ -46,7 +46,7 @@ struct OrbitCamera {
 struct ViewArea {
     double left = 0, top = 0, right = 0, bottom = 0;
 };
-/// Tells whether most of a box lies outside an area of the view, though it is not larger than that.
+/// Tells whether most of a box lies outside an area of the view, though it is not much larger than that.
 bool has_left(const geometry::Box& box, const OrbitCamera& camera, const ViewSize& size,
               const ViewArea& area);
 

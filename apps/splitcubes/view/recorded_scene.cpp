@@ -50,7 +50,7 @@ bool is_run_recording(const std::filesystem::path& file) {
     return text.find("\"splitcubes recording ") != std::string::npos;
 }
 
-scene::SceneDescription recorded_scene(const scene::Recording& recording) {
+scene::SceneDescription scene_of_recording(const scene::Recording& recording) {
     const scene::SceneDescription& scene = recording.scene;
     std::map<std::pair<body::Driven, std::string>, const SampledMotion*> tracks;
     for (const body::MotionTrack& track : recording.tracks)

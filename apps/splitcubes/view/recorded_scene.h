@@ -12,6 +12,6 @@ bool is_run_recording(const std::filesystem::path& file);
 
 /// Returns the scene of a recording, in which things move as was recorded. Those whose motion, start or end
 /// depends on the state stay as the scene says.
-scene::SceneDescription recorded_scene(const scene::Recording& recording);
+scene::SceneDescription scene_of_recording(const scene::Recording& recording);
 
 }  // namespace splitcubes::view

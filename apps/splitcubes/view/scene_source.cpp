@@ -96,8 +96,8 @@ void add_tools(SceneSource& source, scene::BuildReport* report) {
 
 SceneSource open_scene(const std::filesystem::path& file) {
     SceneSource out;
-    out.description =
-        is_run_recording(file) ? recorded_scene(scene::read_recording(file)) : scene::parse_scene_file(file);
+    out.description = is_run_recording(file) ? scene_of_recording(scene::read_recording(file))
+                                             : scene::parse_scene_file(file);
     scene::BuildReport report;
     for (const scene::BodyDescription& body : out.description.bodies) {
         note_left_out(body, out.notes);
