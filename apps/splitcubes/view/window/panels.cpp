@@ -152,11 +152,11 @@ void Panels::tool_settings(const Viewer& viewer) {
             break;
         case ToolKind::forceps:
             slider(viewer, "Opening, m", "forceps_width", 0.01 * size, 0.4 * size, "%.4f");
-            slider(viewer, "Grip, times", "forceps_grip", 0.05, 20, "%.2f", true);
+            slider(viewer, "Grip", "forceps_grip", 0.05, 20, "%.2f x", true);
             ImGui::Text("Holds up to %.3g N", viewer.tools().grip_limit(*viewer.state()));
             break;
         default:
-            slider(viewer, "Pull, times", "pull_strength", 0.1, 10, "%.2f", true);
+            slider(viewer, "Pull", "pull_strength", 0.1, 10, "%.2f x", true);
     }
 }
 
@@ -310,9 +310,9 @@ void Panels::run_control(const Viewer& viewer) {
     if (ImGui::Button(viewer.shows_run() ? "Start (R)" : "Restart (R)")) act("restart");
     ImGui::SameLine();
     if (!viewer.shows_run()) {
-        const std::string undo = "Undo cut (" + std::to_string(state.undo_count) + ")";
+        const std::string undo = "Undo (" + std::to_string(state.undo_count) + ")";
         if (ImGui::Button(undo.c_str())) act("undo");
-        tooltip("Ctrl+Z: back to before the last stroke of a blade");
+        tooltip("Ctrl+Z: back to before the last stroke of a blade or grip of forceps");
         ImGui::SameLine();
         const std::string redo = "Redo (" + std::to_string(state.redo_count) + ")";
         if (ImGui::Button(redo.c_str())) act("redo");
@@ -463,7 +463,7 @@ void Panels::help(const Viewer& viewer) {
          "it.",
          "Wheel: zoom.   F: show everything.   Tab: panels.   Esc: stop the tool, back from the timeline.",
          "Space: play and pause.   . : one step.   R: restart.   + and -: speed.   Ctrl+Z, Ctrl+Y: undo and "
-         "redo a cut.",
+         "redo.",
          "V: colour.   M: edges.   O: phyxels.   L: links.   K: contacts.   N: forces.   C: clip plane.",
          "F12: picture.   F11: film from now on, and again to end it.   G: gallery.   Ctrl+Q: quit.",
          "Buttons under Save (right) write films, meshes, pieces, recordings, and your strokes as a scene or "
