@@ -122,7 +122,7 @@ TEST_F(ViewCommand, ScalpelOpensTheTop) {
 
 TEST_F(ViewCommand, EveryToolEndsInAStateOfItsOwn) {
     std::vector<std::string> states = {seen(begin + set(60, "help", 0)).state};
-    for (const char* tool : {"1", "2", "3", "4", "5", "6", "7"}) {
+    for (const char* tool : {"1", "2", "3", "4", "5", "6", "7", "8"}) {
         const Seen one = seen(begin + key(1, tool) + set(1, "knife_through", 0) +
                               drag(5, 300, 190, 380, 260) + set(60, "help", 0));
         EXPECT_EQ(std::count(states.begin(), states.end(), one.state), 0) << "tool " << tool;
