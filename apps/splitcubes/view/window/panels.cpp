@@ -302,12 +302,18 @@ void Panels::measures(const Viewer& viewer, const PanelData& data) {
 
 void Panels::run_control(const Viewer& viewer) {
     const PublishedState& state = *viewer.state();
-    if (button(viewer.is_playing() ? "Pause (Space)" : "Play (Space)", !viewer.is_playing(), {em(8), 0}))
+    // In a narrow window keys give way, so that undo and redo are still there.
+    const bool is_wide = ImGui::GetContentRegionAvail().x > em(40);
+    const auto label = [&](const char* text, const char* key) {
+        return std::string(text) + (is_wide ? key : "");
+    };
+    if (button(label(viewer.is_playing() ? "Pause" : "Play", " (Space)").c_str(), !viewer.is_playing(),
+               {em(is_wide ? 8 : 4), 0}))
         act(viewer.is_playing() ? "pause" : "play");
     ImGui::SameLine();
-    if (ImGui::Button("Step (.)")) act("step");
+    if (ImGui::Button(label("Step", " (.)").c_str())) act("step");
     ImGui::SameLine();
-    if (ImGui::Button(viewer.shows_run() ? "Start (R)" : "Restart (R)")) act("restart");
+    if (ImGui::Button(label(viewer.shows_run() ? "Start" : "Restart", " (R)").c_str())) act("restart");
     ImGui::SameLine();
     if (!viewer.shows_run()) {
         const std::string undo = "Undo (" + std::to_string(state.undo_count) + ")";
@@ -446,6 +452,8 @@ void Panels::help(const Viewer& viewer) {
     const float width = static_cast<float>(viewer.size().width) - left - right - em(2);
     ImGui::SetNextWindowPos({left + em(1), em(4)});
     ImGui::SetNextWindowSize({std::max(width, em(20)), 0});
+    const float tallest = static_cast<float>(viewer.size().height) - em(5);
+    ImGui::SetNextWindowSizeConstraints({0, 0}, {std::max(width, em(20)), std::max(tallest, em(10))});
     ImGui::SetNextWindowBgAlpha(0.95F);
     ImGui::Begin("Help  (F1 closes it)", nullptr, panel_flags);
     ImGui::PushTextWrapPos(0);
