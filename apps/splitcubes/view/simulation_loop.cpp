@@ -11,8 +11,8 @@ namespace {
 
 using Seconds = std::chrono::duration<double>;
 
-// A step that comes later than this is not caught up with.
-constexpr Seconds max_delay{0.05};
+// What is lost by slow steps is caught up with, up to this.
+constexpr Seconds max_delay{0.25};
 // The real-time factor is measured over this time.
 constexpr Seconds factor_window{0.5};
 
@@ -233,9 +233,13 @@ void SimulationThread::run() {
             return !has_work();
         });
         // The timeline begins with the first step.
-        if (loop_.scene() != scene_) publish();
+        const bool opened = loop_.scene() != scene_;
+        if (opened) publish();
         scene_ = loop_.scene();
         const Clock::time_point now = Clock::now();
+        // Nothing was lost while it paused or opened a file.
+        if (!plays_ || opened) next_step_ = now;
+        plays_ = loop_.is_playing() && loop_.is_open();
         const bool due = is_due(now);
         if (due) {
             const double step = loop_.step_length();

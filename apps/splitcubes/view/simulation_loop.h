@@ -97,6 +97,7 @@ class SimulationThread {
     bool quits_ = false;
 
     Clock::time_point next_step_{};
+    bool plays_ = false;       // when it looked last
     std::uint64_t scene_ = 0;  // that was published
     double factor_ = 0;        // of simulated time over the last half second
     double window_time_ = 0;

@@ -45,7 +45,7 @@ constexpr std::size_t timeline_bytes = std::size_t{256} << 20;
 constexpr double idle_wait = 0.05;  // s, for events while nothing moves
 constexpr int idle_frames = 4;      // that are drawn after the last change
 // s, from frame to frame: at least so much, and where simulated time lags behind.
-constexpr double shortest_frame = 1.0 / 60, shortest_lagging_frame = 1.0 / 25;
+constexpr double shortest_frame = 1.0 / 60, shortest_lagging_frame = 1.0 / 22;
 constexpr double lagging = 0.98;  // of the speed that is wished for
 
 std::string glfw_problem() {
