@@ -188,16 +188,19 @@ std::vector<std::int32_t> ElasticSamples::fast_fragments(std::size_t piece_count
     std::vector<std::int32_t> out;
     if (piece_count < 2) return out;
     const std::vector<std::size_t> count = count_by_piece(piece_count);
-    const std::size_t largest = *std::max_element(count.begin(), count.end());
+    const std::size_t limit =
+        std::min(*std::max_element(count.begin(), count.end()), tuning::resampling::small_phyxel_count);
+    for (std::size_t k = 0; k < piece_count; ++k)
+        if (count[k] < limit && phyxels.rigid.index(static_cast<std::int32_t>(k)) < 0)
+            out.push_back(static_cast<std::int32_t>(k));
+    if (out.empty()) return out;
     std::vector<meshless::Momenta> momenta;
     meshless::momenta_of_pieces(phyxels, static_cast<int>(piece_count), momenta);
-    for (std::size_t k = 0; k < piece_count; ++k) {
-        if (count[k] >= std::min(largest, tuning::resampling::small_phyxel_count) ||
-            phyxels.rigid.index(static_cast<std::int32_t>(k)) >= 0)
-            continue;
-        const Vec3 rate = meshless::angular_velocity(momenta[k].inertia, momenta[k].angular_momentum);
-        if (dt * rate.norm() > tuning::resampling::max_rotation) out.push_back(static_cast<std::int32_t>(k));
-    }
+    std::erase_if(out, [&](std::int32_t piece) {
+        const meshless::Momenta& of = momenta[static_cast<std::size_t>(piece)];
+        const Vec3 rate = meshless::angular_velocity(of.inertia, of.angular_momentum);
+        return !(dt * rate.norm() > tuning::resampling::max_rotation);
+    });
     return out;
 }
 
