@@ -4,6 +4,7 @@
 #include "contact_bench.h"
 #include "criteria_bench.h"
 #include "mechanics_bench.h"
+#include "notch_bench.h"
 #include "occlusion_bench.h"
 #include "output_targets.h"
 #include "paper_world.h"
@@ -167,6 +168,29 @@ int bench_validation(const BenchOptions& options) {
     return 0;
 }
 
+int bench_notch(const BenchOptions& options) {
+    const auto parallel = std::make_shared<const Parallel>(options.threads);
+    std::printf(
+        "added sag over theory, and in brackets its rise by one layer over theory's\n| across | layers |");
+    for (const char* name : occlusion::criterion_names) std::printf(" %s |", name);
+    std::printf("\n|---|---|---|---|---|---|\n");
+    Json rows = Json::array();
+    for (const NotchDepth& depth : measure_notches(parallel)) {
+        std::printf("| %d | %d |", depth.across, depth.layers);
+        for (std::size_t k = 0; k < depth.sag.size(); ++k)
+            std::printf(" %.2f (%.2f) |", depth.sag[k] / depth.expected, depth.rise[k] / depth.expected_rise);
+        std::printf("\n");
+        rows.push_back({{"across", depth.across},
+                        {"layers", depth.layers},
+                        {"expected", depth.expected},
+                        {"sag", depth.sag}});
+    }
+    const Json json = {{"bench", "notch"}, {"criteria", occlusion::criterion_names}, {"depths", rows}};
+    std::cout << json_text(json) << '\n';
+    write_json(options.json, json);
+    return 0;
+}
+
 int bench_surface(const BenchOptions& options) {
     const Json json = bench_accuracy(options.meshes, Parallel(options.threads));
     std::cout << json_text(json) << '\n';
@@ -234,7 +258,7 @@ class SaysWhatRuns {
 };
 
 std::string what_runs(const BenchOptions& options) {
-    const bool repeats = options.name != "surface" && options.name != "validation";
+    const bool repeats = options.name != "surface" && options.name != "validation" && options.name != "notch";
     return "bench " + options.name + ": under way" +
            (repeats ? ", " + std::to_string(options.runs) + (options.runs == 1 ? " run" : " runs") : "");
 }
@@ -250,11 +274,13 @@ int bench(const BenchOptions& options) {
     }
     if (options.name == "criteria") return bench_criteria(options);
     if (options.name == "validation") return bench_validation(options);
+    if (options.name == "notch") return bench_notch(options);
     if (options.name == "mechanics") return run_mechanics_bench(options);
     if (options.name == "contact") return bench_contact_and_tearing(options);
     if (options.name == "stalls") return bench_longest_steps(options);
-    throw InputError("bench", "there is no benchmark '" + options.name + "'",
-                     "known: contact, criteria, mechanics, occlusion, paper, stalls, surface, validation");
+    throw InputError(
+        "bench", "there is no benchmark '" + options.name + "'",
+        "known: contact, criteria, mechanics, notch, occlusion, paper, stalls, surface, validation");
 }
 
 }  // namespace
@@ -265,10 +291,12 @@ void add_bench_command(CommandLine& line) {
     command
         .add_choice(
             "NAME", "", options->name,
-            {"contact", "criteria", "mechanics", "occlusion", "paper", "stalls", "surface", "validation"},
+            {"contact", "criteria", "mechanics", "notch", "occlusion", "paper", "stalls", "surface",
+             "validation"},
             "contact: the cost of contact and tearing within a step; "
             "criteria: the visibility criteria, each timed on one cut; mechanics: the "
-            "elastic step and its lower bound; occlusion: disks by backend; paper: the published "
+            "elastic step and its lower bound; notch: a cut that deepens layer by layer, under each "
+            "criterion; occlusion: disks by backend; paper: the published "
             "size, a blade passing; stalls: the longest steps of bodies that fall apart; surface: accuracy "
             "of surfaces; validation: linear elasticity")
         .required();

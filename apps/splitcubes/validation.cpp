@@ -4,6 +4,7 @@
 
 #include <splitcubes/body/body.h>
 #include <splitcubes/geometry/shapes.h>
+#include <splitcubes/geometry/signed_distance.h>
 #include <splitcubes/world/world.h>
 
 #include <algorithm>
@@ -60,12 +61,14 @@ struct Bar {
     /// gravity: in the frame of the bar; frame: rotation of the mesh against its own axes; follows_shape: of
     /// the grid, against which the bar is rotated otherwise.
     Bar(int across, const Vec3& gravity, const Space& parallel, const Mat3& frame = Mat3::Identity(),
-        double ratio = poisson, bool follows_shape = true)
+        double ratio = poisson, bool follows_shape = true,
+        occlusion::CriterionKind criterion = occlusion::CriterionKind::occlusion_disk)
         : world(still(frame * gravity), parallel), spacing(bar_side / across), axes(frame) {
         geometry::TriangleMesh box = geometry::make_box(Vec3(bar_length + bar_root, bar_side, bar_side));
         for (Vec3& p : box.positions) p = axes * (p + Vec3(0.5 * (bar_length - bar_root), 0, 0));
         body::BodySettings settings = settings_of(spacing, ratio);
         settings.follows_shape = follows_shape;
+        settings.criterion = criterion;
         body = &world.add_body(box, settings);
         for (const Vec3& rest : body->phyxels().rest_position) start.push_back(body->pose() * rest);
         body->add_constraint(moved(Vec3::Zero(), axes * -Vec3::UnitX(), Isometry::Identity()));
@@ -179,30 +182,11 @@ ValidationPoint more_incompressible_cantilever(int across, const Space& parallel
     return sagging_bar("cantilever nu 0.499", across, parallel, Mat3::Identity(), 0.499);
 }
 
-// A bar is cut from above to a share of its height; the sag that the cut adds.
 ValidationPoint notch(int percent, int across, const Space& parallel) {
-    const double at = theory::notch_at, share = percent / 100.0;
-    double sag[2] = {0, 0}, length = 0, end = 0;
-    std::size_t count = 0, free = 0;
-    for (const bool is_cut : {false, true}) {
-        Bar bar(across, Vec3(0, 0, -theory::bar_gravity), parallel, Mat3::Identity(), 0);
-        if (is_cut) {
-            const double bottom = (0.5 - share) * bar_side;
-            geometry::TriangleMesh sheet;
-            sheet.positions = {{at, -1, bottom}, {at, 1, bottom}, {at, 1, 1}, {at, -1, 1}};
-            sheet.triangles = {{0, 1, 2}, {0, 2, 3}};
-            bar.body->cut_with_sheet(sheet, 0, *parallel);
-        }
-        settle(bar.world);
-        length = bar_length - bar.held_up_to();
-        sag[is_cut] = -bar.end(2).displacement;
-        end = bar.end(2).position - bar.held_up_to();
-        count = bar.body->phyxels().size();
-        free = bar.free();
-    }
-    const double from = length - (bar_length - at);  // of the cut, from the root
-    return {"notch " + std::to_string(percent) + " %",   across, count, sag[1] - sag[0],
-            theory::notch_sag(share, length, from, end), "m",    0,     free};
+    ValidationPoint point =
+        notched_bar(percent / 100.0, across, occlusion::CriterionKind::occlusion_disk, parallel);
+    point.test += ' ' + std::to_string(percent) + " %";
+    return point;
 }
 
 ValidationPoint tension(int across, const Space& parallel) {
@@ -294,6 +278,35 @@ ValidationPoint gravity_of_sphere(int across, const Space& parallel) {
     return {"gravity", across, p.size(), measured / mass, expected / mass, "m", 0, p.size()};
 }
 
+// A plate that approaches the centre of the ball within half a second. side: 1 from above, -1 from below.
+body::Collider approaching_plate(double side) {
+    body::Collider plate;
+    plate.solid = geometry::make_plane_distance(Vec3(0, 0, -side), 0);
+    plate.friction = 0;
+    plate.motion = [side](double time) {
+        Isometry motion = Isometry::Identity();
+        const double depth = theory::compression * theory::ball_radius * std::min(1.0, 2 * time);
+        motion.translation() = Vec3(0, 0, side * (theory::ball_radius - depth));
+        return motion;
+    };
+    return plate;
+}
+
+// Two plates compress a sphere: force of the lower one.
+ValidationPoint compressed_sphere(int across, const Space& parallel) {
+    const double radius = theory::ball_radius;
+    body::World world(still(Vec3::Zero()), parallel);
+    body::Body& ball = world.add_body(geometry::make_sphere(radius, 5), settings_of(2 * radius / across));
+    for (const double side : {1.0, -1.0}) world.add_collider(approaching_plate(side));
+    for (int k = 0; k < 120; ++k)
+        if (world.step().totals.top_speed < 1e-5 && world.time() > 0.6) break;
+    double force = 0;
+    for (const meshless::CachedContact& contact : world.active_contacts())
+        force += std::max(contact.force.z(), 0.0);
+    const std::size_t count = ball.phyxels().size();
+    return {"compressed sphere", across, count, force, theory::compressing_force(), "N", 0, count};
+}
+
 // A plate with a slit in its middle is pulled: opening of the slit.
 ValidationPoint crack(int across, const Space& parallel) {
     const double half = theory::slit_half_length, side_length = theory::plate_side;
@@ -339,6 +352,32 @@ ValidationPoint crack(int across, const Space& parallel) {
 
 }  // namespace
 
+ValidationPoint notched_bar(double share, int across, occlusion::CriterionKind criterion,
+                            const Space& parallel) {
+    const double at = theory::notch_at;
+    double sag[2] = {0, 0}, length = 0, end = 0;
+    std::size_t count = 0, free = 0;
+    for (const bool is_cut : {false, true}) {
+        Bar bar(across, Vec3(0, 0, -theory::bar_gravity), parallel, Mat3::Identity(), 0, true, criterion);
+        if (is_cut) {
+            const double bottom = (0.5 - share) * bar_side;
+            geometry::TriangleMesh sheet;
+            sheet.positions = {{at, -1, bottom}, {at, 1, bottom}, {at, 1, 1}, {at, -1, 1}};
+            sheet.triangles = {{0, 1, 2}, {0, 2, 3}};
+            bar.body->cut_with_sheet(sheet, 0, *parallel);
+        }
+        settle(bar.world);
+        length = bar_length - bar.held_up_to();
+        sag[is_cut] = -bar.end(2).displacement;
+        end = bar.end(2).position - bar.held_up_to();
+        count = bar.body->phyxels().size();
+        free = bar.free();
+    }
+    const double from = length - (bar_length - at);  // of the cut, from the root
+    return {"notch", across, count, sag[1] - sag[0], theory::notch_sag(share, length, from, end),
+            "m",     0,      free};
+}
+
 std::vector<ValidationPoint> validate_mechanics(const Space& parallel) {
     std::vector<ValidationPoint> out;
     for (const auto test : {cantilever, tension, torsion})
@@ -351,6 +390,7 @@ std::vector<ValidationPoint> validate_mechanics(const Space& parallel) {
         for (const int across : {4, 6, 8}) out.push_back(notch(percent, across, parallel));
     for (const auto test : {gravity_of_sphere, sphere})
         for (const int across : {6, 8, 12, 16}) out.push_back(test(across, parallel));
+    for (const int across : {8, 12, 16, 17}) out.push_back(compressed_sphere(across, parallel));
     for (const int across : {3, 4, 6, 8}) out.push_back(crack(across, parallel));
     return out;
 }

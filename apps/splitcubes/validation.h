@@ -2,6 +2,7 @@
 #pragma once
 
 #include <splitcubes/core/parallel.h>
+#include <splitcubes/occlusion/criterion.h>
 
 #include <cstddef>
 #include <filesystem>
@@ -26,6 +27,11 @@ struct ValidationPoint {
 
 /// Runs all cases, coarse to fine; about a minute.
 std::vector<ValidationPoint> validate_mechanics(const std::shared_ptr<const Parallel>& parallel);
+
+/// The sag, m, that a cut from above adds to a bar under its weight. share: of the bar's height that is cut;
+/// `across` phyxels across. Poisson's ratio is zero.
+ValidationPoint notched_bar(double share, int across, occlusion::CriterionKind criterion,
+                            const std::shared_ptr<const Parallel>& parallel);
 
 /// The same cases on meshes of tetrahedra, as `bench_tetrahedra` writes them.
 struct TetrahedraResults {

@@ -55,6 +55,26 @@ double shrinkage(double radius) {
            ((3 - poisson) / (1 + poisson) - share * share);
 }
 
+double compressing_force() {
+    const double one = 1 - poisson * poisson, depth = compression * ball_radius;
+    const auto approach = [&](double force) {
+        const double radius =
+            std::cbrt(3 * one * ball_radius * force / (4 * stiffness));  // of the contact, m
+        const double far = radius * radius + 4 * ball_radius * ball_radius;
+        const double opposite =
+            2 * (1 + poisson) * ball_radius * ball_radius / std::pow(far, 1.5) + one / std::sqrt(far);
+        return 3 * one * force / (4 * radius * stiffness) - force * opposite / (std::numbers::pi * stiffness);
+    };
+    const double hertz =
+        4.0 / 3 * stiffness / one * std::sqrt(ball_radius) * std::pow(depth, 1.5);  // a lower bound
+    double low = hertz, high = 2 * hertz;
+    for (int k = 0; k < 60; ++k) {
+        const double middle = 0.5 * (low + high);
+        (approach(middle) < depth ? low : high) = middle;
+    }
+    return low;
+}
+
 double slit_opening() {
     return 4 * plate_strain * slit_half_length;
 }

@@ -16,6 +16,8 @@ inline constexpr double twisted_length = bar_length - bar_root, twist_degrees = 
 inline constexpr double notch_at = 0.1;
 
 inline constexpr double ball_radius = 0.05, ball_gravity = 500;  // gravity at the surface
+/// A compressed ball: each of two plates is nearer to its centre than the radius by this share of it.
+inline constexpr double compression = 0.05;
 
 /// A square plate with a slit in its middle; the ends across the slit move apart by a strain.
 inline constexpr double plate_side = 0.4, slit_half_length = 0.05, plate_strain = 0.01;
@@ -44,6 +46,13 @@ double breathing_frequency();
 /// / (10 (lambda + 2 mu)) ((3 - nu) / (1 + nu) - r^2 / R^2) (Love, A treatise on the mathematical theory of
 /// elasticity, section 98).
 double shrinkage(double radius);
+
+/// Force of each of two rigid plates without friction on the ball between them, N. The plates approach its
+/// centre by d = compression R, where d = 3 (1 - nu^2) F / (4 a E) - F f / (pi E), f = 2 (1 + nu) R^2 / (a^2
+/// + 4 R^2)^(3/2) + (1 - nu^2) / (a^2 + 4 R^2)^(1/2), and a^3 = 3 (1 - nu^2) R F / (4 E). The first term is
+/// that of Hertz, for a ball as large as its distance from the plate; the second is what the opposite plate
+/// adds (Tatara 1991, On compression of rubber elastic sphere over a large range of displacements, part 1).
+double compressing_force();
 
 /// Opening of a slit's middle, m: 4 strain a, a being half its length (Tada, Paris and Irwin, The stress
 /// analysis of cracks: an infinite plate under plane stress).
