@@ -175,11 +175,15 @@ int bench_notch(const BenchOptions& options) {
     for (const char* name : occlusion::criterion_names) std::printf(" %s |", name);
     std::printf("\n|---|---|---|---|---|---|\n");
     Json rows = Json::array();
+    NotchDepth before;  // by one layer less
     for (const NotchDepth& depth : measure_notches(parallel)) {
+        if (depth.layers == 1) before = {};
         std::printf("| %d | %d |", depth.across, depth.layers);
         for (std::size_t k = 0; k < depth.sag.size(); ++k)
-            std::printf(" %.2f (%.2f) |", depth.sag[k] / depth.expected, depth.rise[k] / depth.expected_rise);
+            std::printf(" %.2f (%.2f) |", depth.sag[k] / depth.expected,
+                        (depth.sag[k] - before.sag[k]) / (depth.expected - before.expected));
         std::printf("\n");
+        before = depth;
         rows.push_back({{"across", depth.across},
                         {"layers", depth.layers},
                         {"expected", depth.expected},

@@ -8,9 +8,7 @@ namespace splitcubes::app {
 
 std::vector<NotchDepth> measure_notches(const std::shared_ptr<const Parallel>& parallel) {
     std::vector<NotchDepth> out;
-    for (const int across : {4, 6}) {
-        NotchDepth before;
-        before.sag.fill(0);
+    for (const int across : {4, 6})
         for (int layers = 1; layers <= 3 * across / 2; ++layers) {
             NotchDepth depth;
             depth.across = across;
@@ -19,14 +17,10 @@ std::vector<NotchDepth> measure_notches(const std::shared_ptr<const Parallel>& p
                 const ValidationPoint point = notched_bar(layers / (2.0 * across), across,
                                                           static_cast<occlusion::CriterionKind>(k), parallel);
                 depth.sag[k] = point.measured;
-                depth.rise[k] = point.measured - before.sag[k];
                 depth.expected = point.expected;
             }
-            depth.expected_rise = depth.expected - before.expected;
             out.push_back(depth);
-            before = depth;
         }
-    }
     return out;
 }
 

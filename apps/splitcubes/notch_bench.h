@@ -11,12 +11,10 @@ namespace splitcubes::app {
 
 /// A bar that is cut from above, between two layers of nodes.
 struct NotchDepth {
-    int across = 0;              // phyxels across the bar; a phyxel is two cells
-    int layers = 0;              // of nodes that are cut
-    double expected = 0;         // m, sag that the cut adds (theory::notch_sag)
-    double expected_rise = 0;    // m, since one layer less
-    std::array<double, 4> sag;   // m, measured, per criterion (occlusion::criterion_names)
-    std::array<double, 4> rise;  // m, since one layer less
+    int across = 0;               // phyxels across the bar; a phyxel is two cells
+    int layers = 0;               // of nodes that are cut
+    double expected = 0;          // m, sag that the cut adds (theory::notch_sag)
+    std::array<double, 4> sag{};  // m, measured, per criterion (occlusion::criterion_names)
 };
 
 /// Cuts bars of 4 and 6 phyxels across layer by layer up to three quarters of their height.

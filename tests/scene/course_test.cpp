@@ -200,7 +200,7 @@ std::string clamped(const std::string& constraint, const std::string& jaw, const
             constraint + "}]" + rest);
 }
 
-// Where the end of the bar is, as it was displaced.
+// Returns the mean displacement of the phyxels at the end of the bar, m.
 Vec3 displacement_of_end(const Played& played) {
     const meshless::Phyxels& phyxels = played.body().phyxels();
     Vec3 sum = Vec3::Zero();

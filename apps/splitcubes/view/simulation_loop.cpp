@@ -11,7 +11,7 @@ namespace {
 
 using Seconds = std::chrono::duration<double>;
 
-// What is lost by slow steps is caught up with, up to this.
+// Simulated time catches up with what slow steps lost, up to this.
 constexpr Seconds max_delay{0.25};
 // The real-time factor is measured over this time.
 constexpr Seconds factor_window{0.5};

@@ -21,7 +21,7 @@ struct TopologyChange;
 struct Attachments {
     std::span<const std::uint8_t> held;  // per phyxel of the last step, 1 if its position was prescribed
     std::size_t holds = 0, handles = 0;
-    /// Whether one of them, active or not, acts on a phyxel.
+    /// Returns whether one of them, active or not, acts on a phyxel.
     std::function<bool(std::size_t phyxel)> acts_on = [](std::size_t) { return true; };
 };
 

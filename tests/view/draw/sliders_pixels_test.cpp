@@ -120,14 +120,14 @@ TEST_F(SliderPixels, OfEachQuantity) {
     expect_lower(seen(with("youngs_modulus", 2500)), plain);
     expect_lower(seen(with("density", 3000)), plain);
     expect_lower(seen(with("gravity", 22)), plain);
-    // What keeps its volume bulges.
+    // A body that keeps its volume bulges.
     const Values very_soft = {{"youngs_modulus", 3000}};
     EXPECT_GT(seen(with("poisson_ratio", 0.48, very_soft)).width(),
               seen(with("poisson_ratio", 0, very_soft)).width() + 4);
-    // What is damped deforms more slowly.
+    // A damped body deforms more slowly.
     expect_lower(seen(with("stiffness_damping", 0, very_soft), 3),
                  seen(with("stiffness_damping", 0.05, very_soft), 3));
-    // Of the block's own weight a weak one breaks; its cut faces are red.
+    // A weak block breaks under its own weight; its cut faces are red.
     EXPECT_GT(seen(with("strength", 60, very_soft)).count(is_red),
               seen(with("strength", 0, very_soft)).count(is_red) + 40);
 
