@@ -8,8 +8,10 @@
 #include <splitcubes/world/world.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
+#include <memory>
 #include <numbers>
 
 namespace splitcubes::app {
@@ -173,20 +175,33 @@ ValidationPoint oblique_lattice(int across, const Space& parallel) {
     return worst_rotated("oblique lattice", across, parallel, false);
 }
 
-// Nearly incompressible bars.
-ValidationPoint incompressible_cantilever(int across, const Space& parallel) {
-    return sagging_bar("cantilever nu 0.49", across, parallel, Mat3::Identity(), 0.49);
+// A nearly incompressible bar.
+ValidationPoint incompressible_cantilever(const char* test, double ratio, int across, const Space& parallel) {
+    return sagging_bar(test, across, parallel, Mat3::Identity(), ratio);
 }
 
-ValidationPoint more_incompressible_cantilever(int across, const Space& parallel) {
-    return sagging_bar("cantilever nu 0.499", across, parallel, Mat3::Identity(), 0.499);
+// Returns the bar at rest under its weight, cut from above to a share of its height.
+std::unique_ptr<const Bar> resting_bar(double share, int across, occlusion::CriterionKind criterion,
+                                       const Space& parallel) {
+    auto bar = std::make_unique<Bar>(across, Vec3(0, 0, -theory::bar_gravity), parallel, Mat3::Identity(), 0,
+                                     true, criterion);
+    if (share > 0) {
+        const double at = theory::notch_at, bottom = (0.5 - share) * bar_side;
+        geometry::TriangleMesh sheet;
+        sheet.positions = {{at, -1, bottom}, {at, 1, bottom}, {at, 1, 1}, {at, -1, 1}};
+        sheet.triangles = {{0, 1, 2}, {0, 2, 3}};
+        bar->body->cut_with_sheet(sheet, 0, *parallel);
+    }
+    settle(bar->world);
+    return bar;
 }
 
-ValidationPoint notch(int percent, int across, const Space& parallel) {
-    ValidationPoint point =
-        notched_bar(percent / 100.0, across, occlusion::CriterionKind::occlusion_disk, parallel);
-    point.test += ' ' + std::to_string(percent) + " %";
-    return point;
+// Bars that are cut to a quarter, a half and three quarters of their height.
+std::vector<ValidationPoint> notches(int across, const Space& parallel) {
+    std::vector<ValidationPoint> out =
+        notched_bars(std::array{0.25, 0.5, 0.75}, across, occlusion::CriterionKind::occlusion_disk, parallel);
+    for (std::size_t k = 0; k < out.size(); ++k) out[k].test += ' ' + std::to_string(25 * (k + 1)) + " %";
+    return out;
 }
 
 ValidationPoint tension(int across, const Space& parallel) {
@@ -352,30 +367,20 @@ ValidationPoint crack(int across, const Space& parallel) {
 
 }  // namespace
 
-ValidationPoint notched_bar(double share, int across, occlusion::CriterionKind criterion,
-                            const Space& parallel) {
-    const double at = theory::notch_at;
-    double sag[2] = {0, 0}, length = 0, end = 0;
-    std::size_t count = 0, free = 0;
-    for (const bool is_cut : {false, true}) {
-        Bar bar(across, Vec3(0, 0, -theory::bar_gravity), parallel, Mat3::Identity(), 0, true, criterion);
-        if (is_cut) {
-            const double bottom = (0.5 - share) * bar_side;
-            geometry::TriangleMesh sheet;
-            sheet.positions = {{at, -1, bottom}, {at, 1, bottom}, {at, 1, 1}, {at, -1, 1}};
-            sheet.triangles = {{0, 1, 2}, {0, 2, 3}};
-            bar.body->cut_with_sheet(sheet, 0, *parallel);
-        }
-        settle(bar.world);
-        length = bar_length - bar.held_up_to();
-        sag[is_cut] = -bar.end(2).displacement;
-        end = bar.end(2).position - bar.held_up_to();
-        count = bar.body->phyxels().size();
-        free = bar.free();
+std::vector<ValidationPoint> notched_bars(std::span<const double> shares, int across,
+                                          occlusion::CriterionKind criterion, const Space& parallel) {
+    const double uncut = resting_bar(0, across, criterion, parallel)->end(2).displacement;
+    std::vector<ValidationPoint> out;
+    for (const double share : shares) {
+        const std::unique_ptr<const Bar> bar = resting_bar(share, across, criterion, parallel);
+        const double length = bar_length - bar->held_up_to();
+        const double from = length - (bar_length - theory::notch_at);  // of the cut, from the root
+        const Bar::End end = bar->end(2);
+        out.push_back({"notch", across, bar->body->phyxels().size(), uncut - end.displacement,
+                       theory::notch_sag(share, length, from, end.position - bar->held_up_to()), "m", 0,
+                       bar->free()});
     }
-    const double from = length - (bar_length - at);  // of the cut, from the root
-    return {"notch", across, count, sag[1] - sag[0], theory::notch_sag(share, length, from, end),
-            "m",     0,      free};
+    return out;
 }
 
 std::vector<ValidationPoint> validate_mechanics(const Space& parallel) {
@@ -384,10 +389,13 @@ std::vector<ValidationPoint> validate_mechanics(const Space& parallel) {
         for (const int across : {2, 3, 4, 6, 8}) out.push_back(test(across, parallel));
     for (const auto test : {rotated_cantilever, oblique_lattice})
         for (const int across : {3, 4, 6}) out.push_back(test(across, parallel));
-    for (const auto test : {incompressible_cantilever, more_incompressible_cantilever})
-        for (const int across : {4, 6, 8}) out.push_back(test(across, parallel));
-    for (const int percent : {25, 50, 75})
-        for (const int across : {4, 6, 8}) out.push_back(notch(percent, across, parallel));
+    for (const auto& [test, ratio] : {std::pair{"cantilever nu 0.49", 0.49}, {"cantilever nu 0.499", 0.499}})
+        for (const int across : {4, 6, 8})
+            out.push_back(incompressible_cantilever(test, ratio, across, parallel));
+    std::vector<std::vector<ValidationPoint>> by_number;  // notches per number of phyxels across
+    for (const int across : {4, 6, 8}) by_number.push_back(notches(across, parallel));
+    for (std::size_t depth = 0; depth < by_number.front().size(); ++depth)
+        for (const std::vector<ValidationPoint>& bars : by_number) out.push_back(bars[depth]);
     for (const auto test : {gravity_of_sphere, sphere})
         for (const int across : {6, 8, 12, 16}) out.push_back(test(across, parallel));
     for (const int across : {8, 12, 16, 17}) out.push_back(compressed_sphere(across, parallel));

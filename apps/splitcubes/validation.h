@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <map>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -28,10 +29,11 @@ struct ValidationPoint {
 /// Runs all cases, coarse to fine; about a minute.
 std::vector<ValidationPoint> validate_mechanics(const std::shared_ptr<const Parallel>& parallel);
 
-/// The sag, m, that a cut from above adds to a bar under its weight. share: of the bar's height that is cut;
-/// `across` phyxels across. Poisson's ratio is zero.
-ValidationPoint notched_bar(double share, int across, occlusion::CriterionKind criterion,
-                            const std::shared_ptr<const Parallel>& parallel);
+/// The sag, m, that a cut from above adds to a bar under its weight, per share of the bar's height that is
+/// cut. `across` phyxels across. Poisson's ratio is zero.
+std::vector<ValidationPoint> notched_bars(std::span<const double> shares, int across,
+                                          occlusion::CriterionKind criterion,
+                                          const std::shared_ptr<const Parallel>& parallel);
 
 /// The same cases on meshes of tetrahedra, as `bench_tetrahedra` writes them.
 struct TetrahedraResults {

@@ -301,15 +301,12 @@ void Engine::set_parameter(std::size_t index, double value) {
 
 void Engine::apply_preset(const std::string& name) {
     const Preset& preset = preset_of(name, "preset");
-    const std::array<double, 6> values = {preset.youngs_modulus, preset.poisson_ratio,
-                                          preset.mass_damping,   preset.stiffness_damping,
-                                          preset.density,        preset.cutting_resistance};
+    const auto values = preset.values();
     change_materials([&](MaterialSettings& material) {
-        for (std::size_t k = 0; k < values.size(); ++k) set_field(material, k, values[k]);
+        for (std::size_t k = 0; k < strength; ++k) set_field(material, k, values[k]);
     });
     change_strength(preset.strength);
     for (std::size_t k = 0; k < values.size(); ++k) changed_[k] = values[k];
-    changed_[strength] = preset.strength;
 }
 
 double Engine::parameter_value(std::size_t index) const {

@@ -72,14 +72,12 @@ std::span<const Preset> preset_list() {
 
 const Preset* preset_like(std::span<const double> parameters) {
     if (parameters.size() < parameter_count) return nullptr;
-    const auto has = [&](std::size_t index, double value) {
-        return std::abs(parameters[index] - value) <= 1e-6 * std::abs(value);
+    const auto is_near = [](double wanted, double now) {
+        return std::abs(now - wanted) <= 1e-6 * std::abs(wanted);
     };
-    const auto found = std::find_if(presets.begin(), presets.end(), [&](const Preset& p) {
-        return has(youngs_modulus, p.youngs_modulus) && has(poisson_ratio, p.poisson_ratio) &&
-               has(mass_damping, p.mass_damping) && has(stiffness_damping, p.stiffness_damping) &&
-               has(density, p.density) && has(cutting_resistance, p.cutting_resistance) &&
-               has(strength, p.strength);
+    const auto found = std::find_if(presets.begin(), presets.end(), [&](const Preset& preset) {
+        const auto values = preset.values();
+        return std::equal(values.begin(), values.end(), parameters.begin(), is_near);
     });
     return found == presets.end() ? nullptr : &*found;
 }

@@ -1,6 +1,7 @@
 // Quantities that the user changes while the simulation runs, and materials that set several at once.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <span>
 #include <string>
@@ -51,6 +52,12 @@ struct Preset {
     double cutting_resistance;  // J/m^2
     double strength;            // Pa; 0: does not tear
     std::string_view source;
+
+    /// Returns the values of the parameters up to strength, in the order of ParameterIndex.
+    std::array<double, ParameterIndex::strength + 1> values() const {
+        return {youngs_modulus, poisson_ratio,      mass_damping, stiffness_damping,
+                density,        cutting_resistance, strength};
+    }
 };
 
 std::span<const Preset> preset_list();

@@ -8,8 +8,14 @@ namespace splitcubes::body {
 
 namespace {
 
-// Lists, per region, the phyxels that are in it at time 0 and do not ignore it; does nothing if there is a
-// list per region.
+// Returns whether a region acts on a phyxel: it contains it at time 0, and the phyxel does not ignore it.
+template <class Region>
+bool acts_on(const std::vector<Region>& regions, std::size_t r, const meshless::Phyxels& phyxels,
+             std::span<const std::uint32_t> ignored, const Isometry& pose, std::size_t i) {
+    return r >= ignored[i] && regions[r].region(pose * phyxels.rest_position[i]);
+}
+
+// Lists the phyxels on which each region acts; does nothing if there is a list per region.
 template <class Region>
 void list_phyxels_of(const std::vector<Region>& regions, const meshless::Phyxels& phyxels,
                      std::span<const std::uint32_t> ignored, const Isometry& pose,
@@ -18,7 +24,7 @@ void list_phyxels_of(const std::vector<Region>& regions, const meshless::Phyxels
     out.assign(regions.size(), {});
     for (std::size_t r = 0; r < regions.size(); ++r)
         for (std::uint32_t i = 0; i < phyxels.size(); ++i)
-            if (r >= ignored[i] && regions[r].region(pose * phyxels.rest_position[i])) out[r].push_back(i);
+            if (acts_on(regions, r, phyxels, ignored, pose, i)) out[r].push_back(i);
 }
 
 // Keeps the numbers of ignored regions right after one was removed.
@@ -96,21 +102,19 @@ std::span<const std::uint8_t> BoundaryConditions::held_among(const meshless::Phy
     for (std::size_t c = 0; c < constraints_.size(); ++c) {
         if (!constraints_[c].is_active(time)) continue;
         parallel.for_each(phyxels.size(), 1024, [&](std::size_t i) {
-            if (c >= phyxels.ignored_holds[i] && constraints_[c].region(pose_ * phyxels.rest_position[i]))
-                held_among_[i] = 1;
+            if (acts_on(constraints_, c, phyxels, phyxels.ignored_holds, pose_, i)) held_among_[i] = 1;
         });
     }
     return held_among_;
 }
 
 bool BoundaryConditions::is_attached(const meshless::Phyxels& phyxels, std::size_t i) const {
-    const auto acts = [at_start = Vec3(pose_ * phyxels.rest_position[i])](const auto& attachments,
-                                                                          std::size_t ignored) {
-        for (std::size_t k = ignored; k < attachments.size(); ++k)
-            if (attachments[k].region(at_start)) return true;
+    const auto any_acts = [&](const auto& regions, std::span<const std::uint32_t> ignored) {
+        for (std::size_t r = 0; r < regions.size(); ++r)
+            if (acts_on(regions, r, phyxels, ignored, pose_, i)) return true;
         return false;
     };
-    return acts(constraints_, phyxels.ignored_holds[i]) || acts(handles_, phyxels.ignored_handles[i]);
+    return any_acts(constraints_, phyxels.ignored_holds) || any_acts(handles_, phyxels.ignored_handles);
 }
 
 BoundaryConditions::HeldPoints BoundaryConditions::hold(std::span<const Vec3> rest_position, double time,

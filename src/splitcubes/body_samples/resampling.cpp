@@ -59,6 +59,10 @@ class Resampler {
     bool is_sparse(std::size_t phyxels, double length) const;
     std::size_t add_samples_around(std::uint32_t phyxel, std::span<const std::uint32_t> nodes);
     void refresh_links(std::size_t old_count);
+    /// Returns whether a piece is a fragment that becomes rigid because it rotates too fast.
+    bool is_fast(std::int32_t piece) const {
+        return std::binary_search(change_.fast_fragments.begin(), change_.fast_fragments.end(), piece);
+    }
     void find_loose(std::span<const std::int32_t> family);
     void fill_pieces(std::span<const std::vector<std::uint32_t>> nodes, std::span<const Kind> kinds);
     std::vector<Kind> kinds_of(std::span<const std::vector<std::uint32_t>> nodes) const;
@@ -300,13 +304,14 @@ void Resampler::refresh_links(std::size_t old_count) {
 }
 
 void Resampler::find_loose(std::span<const std::int32_t> family) {
+    is_loose_.assign(family.size(), 0);
+    if (attachments_.holds + attachments_.handles == 0) return;
     std::vector<std::uint8_t> is_attached(family.size(), 0);  // per family
     for (std::size_t k = 0; k < family.size(); ++k)
         for (const std::uint32_t i : members_[k]) {
             std::uint8_t& attached = is_attached[static_cast<std::size_t>(family[k])];
             if (attached == 0) attached = attachments_.acts_on(i);
         }
-    is_loose_.assign(family.size(), 0);
     for (std::size_t k = 0; k < family.size(); ++k)
         if (family[k] >= 0) is_loose_[k] = is_attached[static_cast<std::size_t>(family[k])] == 0;
 }
@@ -364,9 +369,7 @@ std::vector<Resampler::Kind> Resampler::kinds_of(std::span<const std::vector<std
         if (nodes[k].empty()) continue;
         const double length = extents_[k][0] / samples_.spacing;
         const bool was_rigid = samples_.phyxels.rigid.index(samples_.lumping.piece[nodes[k].front()]) >= 0;
-        const bool is_fast = std::binary_search(change_.fast_fragments.begin(), change_.fast_fragments.end(),
-                                                static_cast<std::int32_t>(k));
-        if (was_rigid || is_fast || length < tuning::resampling::rigid_length)
+        if (was_rigid || is_fast(static_cast<std::int32_t>(k)) || length < tuning::resampling::rigid_length)
             kinds[k] = Kind::rigid;
         else
             kinds[k] = held[k] == 0 && ((count[k] < tuning::resampling::small_phyxel_count &&
@@ -496,7 +499,7 @@ void Resampler::run() {
             elastic_family[k] = -1;
     // Parts that had no phyxels have no momentum to conserve.
     for (const splitting::PieceSplit& split : change_.splits)
-        if (split.parent == split.piece && change_.fast_fragments.empty())
+        if (split.parent == split.piece && !is_fast(split.piece))
             elastic_family[static_cast<std::size_t>(split.piece)] = -1;
     const meshless::SplitMomentum split_momentum(samples_.phyxels, elastic_family, attachments_.held);
     find_loose(family);
