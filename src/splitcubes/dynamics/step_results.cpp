@@ -1,5 +1,6 @@
 #include <splitcubes/core/error.h>
 #include <splitcubes/dynamics/step_results.h>
+#include <splitcubes/dynamics/tuning.h>
 
 #include <algorithm>
 #include <array>
@@ -30,8 +31,17 @@ void check_step_input(const Phyxels& phyxels, const StepInput& input) {
     check_length(input.held_position.size(), phyxels.size(), "held_position");
 }
 
+double largest_rotation_rate(const Phyxels& phyxels, std::span<const Momenta> pieces) {
+    double rate = 0;
+    for (std::size_t k = 0; k < pieces.size(); ++k)
+        if (pieces[k].mass > 0 && phyxels.rigid.index(static_cast<std::int32_t>(k)) < 0)
+            rate = std::max(rate, angular_velocity(pieces[k].inertia, pieces[k].angular_momentum).norm());
+    return rate;
+}
+
 void MomentumKeeper::begin(const Phyxels& phyxels, int piece_count, const Parallel& parallel) {
     momenta_of_pieces(phyxels, piece_count, before_, partial_, parallel);
+    largest_rate_ = largest_rotation_rate(phyxels, before_);
     bound_.assign(static_cast<std::size_t>(piece_count) + 1, 0);
     bound_.back() = 1;
     joined_.resize(bound_.size());
@@ -110,6 +120,7 @@ void MomentumKeeper::correct(Phyxels& phyxels, double factor, const Vec3& veloci
     momenta_of_pieces(phyxels, static_cast<int>(before_.size()), after_, partial_, parallel);
     sum_groups(after_);
     centre_shift_.assign(before_.size() + 1, Vec3::Zero());
+    mean_.assign(before_.size() + 1, Vec3::Zero());
     for (std::size_t k = 0; k < before_.size(); ++k) {
         if (!(after_[k].mass > 0)) bound_[k] = 1;
         if (bound_[k] != 0) continue;
@@ -118,6 +129,7 @@ void MomentumKeeper::correct(Phyxels& phyxels, double factor, const Vec3& veloci
         if (dt > 0)
             centre_shift_[k] =
                 group_[k].centre - after_[k].centre + 0.5 * dt / group_[k].mass * (group_[k].linear + linear);
+        mean_[k] = after_[k].linear / after_[k].mass;
         // The velocity correction replaces the momenta it was computed from.
         after_[k].linear = (linear - after_[k].linear) / after_[k].mass;
         after_[k].angular_momentum =
@@ -126,10 +138,20 @@ void MomentumKeeper::correct(Phyxels& phyxels, double factor, const Vec3& veloci
     for_phyxels(parallel, phyxels.size(), [&](std::size_t i) {
         const std::size_t k = slot(phyxels.piece[i]);
         if (bound_[k] != 0) return;
-        const Vec3 change =
-            after_[k].linear + after_[k].angular_momentum.cross(phyxels.position[i] - after_[k].centre);
-        phyxels.velocity[i] += change;
-        if (!shift.empty()) phyxels.position[i] += shift[i] * change;
+        const Vec3 rate = after_[k].angular_momentum;
+        Vec3 arm = phyxels.position[i] - after_[k].centre;
+        if (!shift.empty()) {
+            const double angle = shift[i] * rate.norm();
+            if (angle > tuning::guess::min_rotation) {
+                const Eigen::AngleAxisd turn(angle, rate.normalized());
+                arm = turn * arm;
+                phyxels.velocity[i] = mean_[k] + turn * (phyxels.velocity[i] - mean_[k]);
+            } else {
+                arm += shift[i] * rate.cross(arm);
+            }
+            phyxels.position[i] = after_[k].centre + arm + shift[i] * after_[k].linear;
+        }
+        phyxels.velocity[i] += after_[k].linear + rate.cross(arm);
         phyxels.position[i] += centre_shift_[k];
     });
 }

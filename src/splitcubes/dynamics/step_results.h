@@ -13,12 +13,17 @@ namespace splitcubes::meshless {
 /// Throws InputError when dt is not positive or an array has a wrong length.
 void check_step_input(const Phyxels& phyxels, const StepInput& input);
 
+/// Returns the largest rotation rate of the pieces that are not rigid, rad/s, from their momenta.
+double largest_rotation_rate(const Phyxels& phyxels, std::span<const Momenta> pieces);
+
 /// Restores momenta: gives pieces the rigid velocity that restores their linear momentum and their angular
 /// momentum about the centre of mass. Joined pieces are treated as one.
 class MomentumKeeper {
   public:
     /// Records the momenta of all pieces. None is excluded.
     void begin(const Phyxels& phyxels, int piece_count, const Parallel& parallel);
+    /// Returns the largest rotation rate of an elastic piece before the step, rad/s.
+    double largest_rate() const { return largest_rate_; }
     /// Excludes a piece that is held or in contact with something else: its momenta are not restored.
     void bind(std::int32_t piece) { bound_[slot(piece)] = 1; }
     /// Joins two pieces in contact: only their total momenta are restored.
@@ -27,7 +32,8 @@ class MomentumKeeper {
     /// excludes those in contact with anything but a piece of this part.
     void join_touching(const Phyxels& phyxels, const ContactInput& contacts, std::uint32_t part);
     /// Gives every piece that is not excluded the momenta factor * (p + m velocity) and factor * L. If
-    /// `shift` (s, per phyxel) is given, phyxels first move by the change of velocity times it. The centre of
+    /// `shift` (s, per phyxel) is given, phyxels first move by the change of velocity times it; the rotation
+    /// in that is a finite one, and turns the velocities, too. The centre of
     /// mass moves by the mean of the old and new velocities over dt seconds: along its parabola.
     void restore(Phyxels& phyxels, double factor, const Vec3& velocity, std::span<const double> shift,
                  double dt, const Parallel& parallel);
@@ -48,7 +54,9 @@ class MomentumKeeper {
     std::vector<Momenta> before_, after_, group_;  // per slot; group_: of the whole group
     std::vector<Momenta> partial_;                 // per chunk and piece
     std::vector<Momenta> group_sum_;               // per slot, scratch
-    std::vector<Vec3> centre_shift_;               // m, per slot, position correction of its group
+    double largest_rate_ = 0;
+    std::vector<Vec3> mean_;          // m/s, per slot, velocity of its group before a correction
+    std::vector<Vec3> centre_shift_;  // m, per slot, position correction of its group
 };
 
 /// Computes the deformation at the phyxels' positions, into `elastic` and the phyxels, then plastic flow over

@@ -18,13 +18,17 @@ SolverReport TimeIntegrator::step_elastic(Phyxels& phyxels, const Neighbourhoods
     const double tolerance =
         is_explicit ? tuning::energy::explicit_tolerance : tuning::energy::implicit_tolerance;
     // Contacts belong to the whole step, which is therefore not divided.
-    const std::size_t max_repetitions = is_explicit || input.contacts.empty() ? divisions.size() : 1;
+    const std::size_t max_repetitions = is_explicit || input.contacts.empty() ? divisions.size() : 0;
     if (input.contacts.cached) {
         contact_cache_.reserve(input.contacts.contacts.size());
         contact_cache_ = *input.contacts.cached;
     }
     guard_.begin(phyxels, neighbourhoods, material, input, parallel);
-    SolverReport report = step_once(phyxels, neighbourhoods, material, input, options, parallel);
+    const int parts =
+        is_explicit || !input.contacts.empty() ? 1 : rotation_substeps(phyxels, input, parallel);
+    SolverReport report =
+        parts > 1 ? step_with_substeps(phyxels, neighbourhoods, material, input, options, parts, parallel)
+                  : step_once(phyxels, neighbourhoods, material, input, options, parallel);
     for (std::size_t k = 0;; ++k) {
         is_explicit = is_explicit && !report.took_implicit;
         guard_.count_contacts(phyxels, input.contacts, 0, contact_work_);
@@ -50,7 +54,7 @@ SolverReport TimeIntegrator::step_once(Phyxels& phyxels, const Neighbourhoods& n
         hold_work_ = contact_work_ = {};
         // Contacts belong to the whole step, which is therefore not divided.
         if (options.scheme == TimeScheme::tr_bdf2 && input.contacts.empty() &&
-            !rotates_fast(phyxels, input, parallel))
+            largest_rotation(phyxels, input, parallel) <= tuning::stages::max_rotation)
             return step_in_two_stages(phyxels, neighbourhoods, material, input, options, parallel);
         return implicit_.step(phyxels, neighbourhoods, material, input, options, parallel);
     }
@@ -156,15 +160,22 @@ SolverReport TimeIntegrator::step_with_substeps(Phyxels& phyxels, const Neighbou
     return report;
 }
 
-// Returns whether some piece rotates so far in the step that a straight line does not approximate its motion.
-bool TimeIntegrator::rotates_fast(const Phyxels& phyxels, const StepInput& input, const Parallel& parallel) {
+// Returns the largest rotation of an elastic piece in the step, rad.
+double TimeIntegrator::largest_rotation(const Phyxels& phyxels, const StepInput& input,
+                                        const Parallel& parallel) {
     momenta_of_pieces(phyxels, input.piece_count, stage_start_.momenta, stage_start_.partial, parallel);
-    for (const Momenta& piece : stage_start_.momenta) {
-        if (!(piece.mass > 0)) continue;
-        const double rate = angular_velocity(piece.inertia, piece.angular_momentum).norm();
-        if (!(rate * input.dt <= tuning::stages::max_rotation)) return true;
-    }
-    return false;
+    return largest_rotation_rate(phyxels, stage_start_.momenta) * input.dt;
+}
+
+// Returns the number of parts of the step in which no piece rotates too far. The velocities that multistep
+// schemes find from positions on an arc have a share along the radius, and the orientation of a tumbling
+// piece drifts.
+int TimeIntegrator::rotation_substeps(const Phyxels& phyxels, const StepInput& input,
+                                      const Parallel& parallel) {
+    const double angle = largest_rotation(phyxels, input, parallel);
+    if (!(angle > tuning::stages::max_rotation)) return 1;
+    return static_cast<int>(std::min<double>(std::ceil(angle / tuning::stages::substep_rotation),
+                                             tuning::stages::max_rotation_substeps));
 }
 
 // TR-BDF2 (Bank et al. 1985): the trapezoidal rule over gamma = 2 - sqrt(2) of the step, then BDF2 over both

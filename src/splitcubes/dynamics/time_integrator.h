@@ -62,7 +62,8 @@ class TimeIntegrator {
     static SolverOptions implicit_instead(SolverOptions options);
     static bool solve_together(std::span<Member> members, const ContactInput& contacts,
                                const SolverOptions& options, const Parallel& parallel);
-    bool rotates_fast(const Phyxels& phyxels, const StepInput& input, const Parallel& parallel);
+    double largest_rotation(const Phyxels& phyxels, const StepInput& input, const Parallel& parallel);
+    int rotation_substeps(const Phyxels& phyxels, const StepInput& input, const Parallel& parallel);
     SolverReport step_in_two_stages(Phyxels& phyxels, const Neighbourhoods& neighbourhoods,
                                     const Material& material, const StepInput& input, SolverOptions options,
                                     const Parallel& parallel);

@@ -22,13 +22,18 @@ inline constexpr std::size_t aggregates = 8;
 /// 007, 008 and 010).
 namespace passes {
 
-/// Maximum number of revisions of the contacts in a step, above releasing_passes. More cost time where
+/// Maximum number of revisions of the contacts between two linearisations, 6 to 20. More cost time where
 /// contacts keep changing; fewer leave wrong contacts.
-inline constexpr int max_passes = 9;
-/// Revisions in which contacts may be released; later ones only add contacts, so that they end. Fewer keep
-/// contacts that pull: released only until the third of five passes, they added up to 0.6 J in a step
-/// (decision 007).
-inline constexpr int releasing_passes = 6;
+inline constexpr int max_passes = 10;
+/// Last of these revisions, 1 to 4, after which solves go to the full tolerance whatever changes. More cost
+/// iterations; fewer leave large residuals where contacts keep changing.
+inline constexpr int tight_passes = 2;
+/// Maximum number of relinearisations because pieces turned, 1 to 5. More cost solves; fewer leave pieces
+/// that are stretched by turning.
+inline constexpr int max_turns = 3;
+/// Elastic energy of the stretch by turning, as a share of the energy of motion, 1e-4 to 0.01, above which
+/// the system is linearised again. Larger adds energy in hits of stiff bodies; smaller costs solves.
+inline constexpr double stretch_share = 1e-3;
 /// Maximum number of relinearisations of a step that distorts neighbourhoods, 1 to 5. More cost solves; fewer
 /// leave neighbourhoods that grew by rotating far.
 inline constexpr int max_relinearisations = 3;
@@ -41,6 +46,20 @@ inline constexpr double force_jump = 2;
 inline constexpr double early_tolerance_factor = 100;
 
 }  // namespace passes
+
+/// Line search after solves that follow a revision of contacts (implicit/contact_solve.cpp).
+namespace search {
+
+/// Power at the end of a solve as a share of that at its start, 0.01 to 0.5, that ends it as it is. Larger
+/// keeps solves that contacts would stop; smaller searches in vain.
+inline constexpr double enough = 0.1;
+/// Longest motion over that of the solve, 1 to 4. Larger speeds sliding up, and overshoots where contacts
+/// open; 1 never lengthens.
+inline constexpr double longest = 2;
+/// Maximum number of bisections, 10 to 30.
+inline constexpr int bisections = 20;
+
+}  // namespace search
 
 /// Begin and end of conjugate gradients (implicit/linear_solve.cpp, implicit/implicit_solver.cpp;
 /// docs/algorithms/elastic-solve.md, decision 010).
@@ -99,6 +118,10 @@ inline constexpr double distortion_check_share = 0.2;
 /// Acceleration in the guess, in multiples of gravity, above which it is smoothed; 1 to 10. Larger leaves the
 /// swing of material that a cut freed, which tears neighbourhoods apart; smaller blurs good guesses.
 inline constexpr double smoothing_threshold = 2;
+/// rad, rotation of a piece in a step, 1e-3 to 0.05, from which the displacements of its prediction are
+/// carried out as a finite rotation. Larger solves for the stretch in place of that; smaller costs time for
+/// nothing.
+inline constexpr double min_rotation = 0.005;
 /// Weight of the phyxel itself in a smoothing pass, 0 to 1; the rest is its neighbours' mean. Larger smooths
 /// less.
 inline constexpr double smoothing_own_weight = 0.25;
@@ -122,9 +145,14 @@ inline constexpr double relaxation = 0.7;
 /// TR-BDF2 (time_integrator.cpp; decision 019).
 namespace stages {
 
-/// rad, rotation of a piece in a step above which its body takes BDF2, 0.1 to 1. Larger lets the trapezoidal
-/// rule strain what rotates along chords; smaller damps what rotates.
+/// rad, rotation of a piece in a step, 0.1 to 1, above which its body takes substeps where nothing touches,
+/// and BDF2 in place of the trapezoidal rule. Larger strains what rotates and lets its energy drift; smaller
+/// costs substeps.
 inline constexpr double max_rotation = 0.5;
+/// rad, rotation in such a substep, 0.1 to max_rotation. Smaller drifts less and costs substeps.
+inline constexpr double substep_rotation = 0.25;
+/// Maximum number of these substeps, 2 to 16: a piece that rotates by more loses energy to the guard.
+inline constexpr double max_rotation_substeps = 4;
 
 }  // namespace stages
 

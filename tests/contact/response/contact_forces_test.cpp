@@ -107,7 +107,7 @@ struct Pressed {
         const std::vector<std::span<std::uint8_t>> touched = {touching};
         const Parallel parallel(1);
         forces.begin(input, parts);
-        forces.make_springs(moved, parallel);
+        forces.make_springs(moved, 0, parallel);
         forces.add_forces(before, out, parallel);
         forces.finish(moved, touched, parallel);
         energy = forces.energy();
@@ -179,7 +179,7 @@ TEST(ContactForces, HoldsDoNotStiffenContacts) {
         const Parallel parallel(1);
         ContactForces forces;
         forces.begin(input, parts);
-        forces.make_springs(moved, parallel);
+        forces.make_springs(moved, 0, parallel);
         forces.finish(moved, touched, parallel);
         if (cached.empty()) continue;
         ++pressed;

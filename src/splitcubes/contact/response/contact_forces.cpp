@@ -226,9 +226,10 @@ void ContactForces::begin(const ContactInput& input, std::span<const Part> parts
         touch(given.part, given.phyxel, std::numeric_limits<double>::min());
 }
 
-void ContactForces::make_springs(ConstField guess, const Parallel& parallel) {
+void ContactForces::make_springs(ConstField guess, double weight, const Parallel& parallel) {
     handle_springs_.clear();
     pushing_ = 0;
+    revising_ = {tuning::contact::least_weight_share * weight, 0};
     listed_ = same_rows_ = false;
     rows_.resize(input_.contacts.size());
     const auto make = [&](std::size_t begin, std::size_t end) {
@@ -390,7 +391,7 @@ bool ContactForces::revise_handle_springs(ConstField position) {
 }
 
 // Finds the spring state that the contact law demands at the positions of the last solve.
-ContactForces::ForceSums ContactForces::revise_row(std::size_t r, ConstField position, bool only_add) {
+ContactForces::ForceSums ContactForces::revise_row(std::size_t r, ConstField position, bool keep_offset) {
     ContactRow& row = rows_[r];
     Revision& revision = revisions_[r];
     revision = Revision{};
@@ -404,15 +405,14 @@ ContactForces::ForceSums ContactForces::revise_row(std::size_t r, ConstField pos
     const double excess = std::min(0.0, contact.gap) - contact.gap - contact.normal.dot(displacement);
     const double slack = slack_of(contact);
     const bool is_off = excess > slack || (row.offset > 0 && excess < 0);
-    revision.offset = row.active && is_off
+    revision.offset = row.active && is_off && !keep_offset
                           ? std::max(0.0, row.offset + excess - tuning::contact::remaining_share * slack)
                           : row.offset;
     std::swap(row.offset, revision.offset);
     const Vec3 admissible = admissible_force(row, displacement, revision.tangent);
     const bool slides = contact.friction > 0 && revision.tangent < row.normal;
     std::swap(row.offset, revision.offset);
-    revision.active = admissible.squaredNorm() > 0 || (row.active && only_add);
-    if (row.active && only_add && !(admissible.squaredNorm() > 0)) revision.tangent = 0;
+    revision.active = admissible.squaredNorm() > 0;
     // A newly active contact overlaps by an amount that the solve did not know. Its tangential stiffness is
     // that of friction at this normal force: full stiffness would stop a sliding body at new contacts in
     // every step, and a constant force would act without motion.
@@ -431,24 +431,64 @@ ContactForces::ForceSums ContactForces::revise_row(std::size_t r, ConstField pos
             slides ? along_plane(contact.normal, deviation) : Vec3(Vec3::Zero())};
 }
 
-bool ContactForces::revise(ConstField position, bool only_add, Field change, const Parallel& parallel) {
-    revisions_.resize(rows_.size());
+ContactForces::ForceSums ContactForces::revise_rows(ConstField position, bool keep_offsets,
+                                                    const Parallel& parallel) {
     constexpr std::size_t grain = tuning::grains::contact_springs;
-    const ForceSums sums =
-        revise_sum_(parallel, rows_.size(), grain, [&](std::size_t begin, std::size_t end) {
-            ForceSums sum;
-            for (std::size_t r = begin; r < end; ++r) sum += revise_row(r, position, only_add);
-            return sum;
-        });
+    ForceSums sums = revise_sum_(parallel, rows_.size(), grain, [&](std::size_t begin, std::size_t end) {
+        ForceSums sum;
+        for (std::size_t r = begin; r < end; ++r) sum += revise_row(r, position, keep_offsets);
+        return sum;
+    });
+    sums.total = std::max(sums.total, revising_.least_total);
+    return sums;
+}
+
+bool ContactForces::revise(ConstField position, Field change, const Parallel& parallel) {
+    revisions_.resize(rows_.size());
+    ForceSums sums = revise_rows(position, true, parallel);
+    if (sums.deviation < tuning::contact::settled_share * sums.total &&
+        revising_.offset_changes < tuning::contact::max_offset_changes) {
+        sums = revise_rows(position, false, parallel);
+        ++revising_.offset_changes;
+    }
     handle_stiffness_before_.clear();
     for (const HandleRow& s : handle_springs_) handle_stiffness_before_.push_back(s.stiffness);
     const bool handle_springs = !handle_springs_.empty() && revise_handle_springs(position);
     if (!(sums.deviation > tuning::contact::force_slack * sums.total) &&
-        (only_add || !(sums.sliding.norm() > tuning::contact::sliding_slack * sums.total)) && !handle_springs)
+        !(sums.sliding.norm() > tuning::contact::sliding_slack * sums.total) && !handle_springs)
         return false;
     listed_ = false;
     apply_revisions(position, change, parallel);
     return true;
+}
+
+void ContactForces::begin_search(ConstField from, ConstField to, const Parallel& parallel) {
+    search_.start.resize(rows_.size());
+    search_.change.resize(rows_.size());
+    const auto find = [&](std::size_t begin, std::size_t end) {
+        for (std::size_t r = begin; r < end; ++r) {
+            search_.start[r] = relative(rows_[r], from);
+            search_.change[r] = relative(rows_[r], to) - search_.start[r];
+        }
+    };
+    parallel.for_chunks(rows_.size(), tuning::grains::contact_springs, std::cref(find));
+}
+
+double ContactForces::excess_power(double t, const Parallel& parallel) {
+    const auto power_of = [&](std::size_t r) {
+        const Vec3 displacement = search_.start[r] + t * search_.change[r];
+        double tangent = 0;
+        Vec3 excess = admissible_force(rows_[r], displacement, tangent);
+        if (rows_[r].active) excess -= spring_force(rows_[r], displacement);
+        const double power = excess.dot(search_.change[r]);
+        return std::isfinite(power) ? power : 0;
+    };
+    constexpr std::size_t grain = tuning::grains::contact_springs;
+    return search_.sum(parallel, rows_.size(), grain, [&](std::size_t begin, std::size_t end) {
+        double sum = 0;
+        for (std::size_t r = begin; r < end; ++r) sum += power_of(r);
+        return sum;
+    });
 }
 
 void ContactForces::apply_revision(std::size_t r) {

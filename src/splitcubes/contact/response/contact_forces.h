@@ -45,8 +45,9 @@ class ContactForces {
     /// touched().
     void begin(const ContactInput& input, std::span<const Part> parts);
     /// Creates the springs. guess: approximate positions of the touched phyxels at the end of the step; it
-    /// decides which contacts start out sliding.
-    void make_springs(ConstField guess, const Parallel& parallel);
+    /// decides which contacts start out sliding. weight: N, of all that may touch; forces much smaller than
+    /// that need not obey the laws.
+    void make_springs(ConstField guess, double weight, const Parallel& parallel);
     bool empty() const { return rows_.empty() && handle_springs_.empty(); }
     /// Returns the phyxels of a part that the springs depend on or act on, each once.
     std::span<const std::uint32_t> touched(std::uint32_t part) const { return touched_[part]; }
@@ -62,10 +63,15 @@ class ContactForces {
     ContactProducts& products() { return products_; }
     /// Compares the spring forces with those that the contact and friction laws admit at the given positions.
     /// If they differ by more than a few percent in total, updates the springs and returns true: the solve
-    /// must be repeated. only_add: no contact is released, which prevents cycling; a contact that pulls for
-    /// one step does less harm than a missed one. Adds the change of the spring forces at these positions to
+    /// must be repeated. The offsets that push back impacts change only once the other forces nearly obey the
+    /// laws, since they move what a solve aims at. Adds the change of the spring forces at these positions to
     /// `change`, N.
-    bool revise(ConstField position, bool only_add, Field change, const Parallel& parallel);
+    bool revise(ConstField position, Field change, const Parallel& parallel);
+    /// Prepares excess_power for a motion of the touched phyxels along straight lines.
+    void begin_search(ConstField from, ConstField to, const Parallel& parallel);
+    /// Returns the derivative by t, at the share t of that motion, of the work by which the forces of the
+    /// contact and friction laws exceed those of the springs, J.
+    double excess_power(double t, const Parallel& parallel);
     /// Writes the cached contacts and the handle forces of the step. Marks the phyxels that take part in an
     /// active contact.
     void finish(ConstField position, std::span<const std::span<std::uint8_t>> touching,
@@ -178,10 +184,23 @@ class ContactForces {
             return *this;
         }
     };
-    ForceSums revise_row(std::size_t r, ConstField position, bool only_add);
+    ForceSums revise_rows(ConstField position, bool keep_offsets, const Parallel& parallel);
+    ForceSums revise_row(std::size_t r, ConstField position, bool keep_offset);
     void apply_revision(std::size_t r);
     void apply_revisions(ConstField position, Field change, const Parallel& parallel);
     std::vector<Revision> revisions_;
+    /// State of the revisions of a step.
+    struct Revising {
+        double least_total = 0;  // N, forces are compared with no less than that
+        int offset_changes = 0;  // revisions that changed offsets
+    };
+    Revising revising_;
+    /// Motion along which a solve may be shortened.
+    struct Search {
+        std::vector<Vec3> start, change;  // m, per row: displacement where it begins, and along it
+        ChunkSumOf<double> sum;
+    };
+    Search search_;
     std::vector<Vec3> handle_forces_;  // N, per handle
     bool listed_ = false;              // products_ is up to date
     bool same_rows_ = false;           // products_ lists the active rows; only stiffnesses may differ

@@ -22,91 +22,6 @@ ImplicitSolver::Group& ImplicitSolver::GroupBuffer::get() {
     return *group_;
 }
 
-// Creates the springs at the positions of the initial guess.
-void ImplicitSolver::Group::begin_contacts(const ContactInput& input) {
-    each([&](ImplicitSolver& s, const Job& job, std::uint32_t) {
-        parts.push_back({s.prediction_.start_position, s.prediction_.start_velocity, job.input.dt,
-                         s.system_.mobility, s.conditions_.held});
-    });
-    forces->begin(input, parts);
-    position_touched();
-    forces->make_springs(position, jobs[0].parallel);
-}
-
-// Writes the current solution positions of the phyxels that springs act on.
-void ImplicitSolver::Group::position_touched() {
-    each([&](ImplicitSolver& s, const Job&, std::uint32_t k) {
-        for (const std::uint32_t i : forces->touched(k))
-            s.vectors_.p[i] = s.system_.base[i] + s.vectors_.d[i];
-    });
-}
-
-// Clears the contributions of springs.
-void ImplicitSolver::Group::clear_contacts() {
-    each([](ImplicitSolver& s, const Job& job, std::uint32_t) {
-        s.springs_.stiffness.resize(s.system_.inverse.size());
-        for_phyxels(job.parallel, s.system_.inverse.size(), [&](std::size_t i) {
-            s.system_.inverse[i] = s.system_.mobility[i];
-            s.springs_.force[i].setZero();
-            s.springs_.stiffness[i] = 0;
-        });
-    });
-    spring_stiffness = 0;
-    are_diagonals_set = false;
-}
-
-// Updates what depends on the springs: their forces at the base, and the diagonal of the preconditioner.
-void ImplicitSolver::Group::refresh_contacts() {
-    if (forces->empty()) return;
-    spring_stiffness = 0;
-    each([&](ImplicitSolver& s, const Job&, std::uint32_t k) {
-        const std::span<const std::uint32_t> touched = forces->touched(k);
-        for (const std::uint32_t i : touched) {
-            s.springs_.force[i].setZero();
-            s.springs_.stiffness[i] = 0;
-        }
-        forces->add_diagonal(k, s.springs_.stiffness);
-        for (const std::uint32_t i : touched) {
-            s.system_.inverse[i] =
-                s.system_.mobility[i] / (1 + s.springs_.stiffness[i] * s.system_.mobility[i]);
-            spring_stiffness += s.springs_.stiffness[i];
-        }
-    });
-    forces->add_forces(base, spring_force, jobs[0].parallel);
-}
-
-// Revises the springs where their forces violate the contact law, and updates the residual accordingly.
-// Returns whether anything changed.
-bool ImplicitSolver::Group::revise(bool only_add) {
-    if (forces->empty()) return false;
-    position_touched();
-    each([&](ImplicitSolver& s, const Job&, std::uint32_t k) {
-        for (const std::uint32_t i : forces->touched(k)) s.vectors_.q[i].setZero();
-    });
-    if (!forces->revise(position, only_add, matrix_product, jobs[0].parallel)) return false;
-    each([&](ImplicitSolver& s, const Job&, std::uint32_t k) {
-        for (const std::uint32_t i : forces->touched(k)) s.vectors_.r[i] += s.filtered(i, s.vectors_.q[i]);
-    });
-    refresh_contacts();
-    return true;
-}
-
-// Solves with contacts: solves with a loose tolerance determine the active contacts; once nothing changes any
-// more, the last solve continues to the full tolerance.
-void ImplicitSolver::Group::solve_with_contacts() {
-    clear_contacts();
-    refresh_contacts();
-    tolerance_factor = forces->empty() ? 1 : tuning::passes::early_tolerance_factor;
-    solve(true);
-    for (int pass = 0; pass < tuning::passes::max_passes; ++pass) {
-        const bool changed = revise(pass >= tuning::passes::releasing_passes);
-        if (!changed && tolerance_factor == 1) break;
-        if (!changed || pass + 1 >= tuning::passes::releasing_passes) tolerance_factor = 1;
-        solve(false);
-    }
-    tolerance_factor = 1;
-}
-
 // Breaks the history of pieces with a contact that became active or inactive: extrapolated past such a
 // change, BDF2 creates energy when a body rolls from contact to contact.
 void ImplicitSolver::Group::break_switched_histories(const ContactInput& contacts) {
@@ -119,6 +34,50 @@ void ImplicitSolver::Group::break_switched_histories(const ContactInput& contact
                 s.conditions_.hit[s.piece_of(jobs[side->part], side->phyxel[k])] = 1;
             }
     }
+}
+
+// Carries out the rotations of pieces in the solution as finite ones. Returns whether the solution stretched
+// pieces so much that the system must be linearised again. Without contacts, a prediction that has turned
+// finitely leaves too little rotation for that.
+bool ImplicitSolver::Group::turn_solutions() {
+    if (forces->empty()) return false;
+    double stretch = 0, motion = 0;
+    each([&](ImplicitSolver& s, const Job& job, std::uint32_t) {
+        s.kept_.d = s.vectors_.d;
+        s.rotations_.apply(job.phyxels, job.material, job.input.piece_count, s.conditions_.held,
+                           s.system_.base, s.kept_.d, job.parallel);
+        stretch += s.rotations_.stretch_energy();
+        motion += s.energy_of_motion(job);
+    });
+    if (!(stretch > tuning::passes::stretch_share * motion)) return false;
+    each([](ImplicitSolver& s, const Job&, std::uint32_t) { s.vectors_.d.swap(s.kept_.d); });
+    return true;
+}
+
+// Returns the kinetic energy before the step plus what gravity alone could add, J.
+double ImplicitSolver::energy_of_motion(const Job& job) {
+    const double falling = job.input.dt * job.input.gravity.norm();
+    return sum_(job.parallel, job.phyxels.size(), [&](std::size_t begin, std::size_t end) {
+        double sum = 0;
+        for (std::size_t i = begin; i < end; ++i) {
+            const double speed = prediction_.start_velocity[i].norm() + falling;
+            sum += 0.5 * job.phyxels.mass[i] * speed * speed;
+        }
+        return sum;
+    });
+}
+
+// Linearises at the solution and solves from there.
+void ImplicitSolver::Group::relinearise() {
+    each([](ImplicitSolver& s, const Job& job, std::uint32_t) {
+        for_phyxels(job.parallel, s.vectors_.d.size(), [&](std::size_t i) {
+            s.system_.base[i] += s.vectors_.d[i];
+            s.vectors_.d[i].setZero();
+        });
+        s.linearise(job);
+    });
+    modes.clear();
+    solve_with_contacts();
 }
 
 SolverReport ImplicitSolver::step(Phyxels& phyxels, const Neighbourhoods& neighbourhoods,
@@ -157,19 +116,12 @@ void ImplicitSolver::step_together(std::span<Member> members, const ContactInput
         });
         return any;
     };
+    for (int pass = 0; pass < tuning::passes::max_turns && group.turn_solutions(); ++pass)
+        group.relinearise();
     for (int pass = 0; pass < tuning::passes::max_relinearisations &&
                        (pass < options.further_solves || any_new_distortion());
-         ++pass) {
-        group.each([](ImplicitSolver& s, const Job& job, std::uint32_t) {
-            for_phyxels(job.parallel, s.vectors_.d.size(), [&](std::size_t i) {
-                s.system_.base[i] += s.vectors_.d[i];
-                s.vectors_.d[i].setZero();
-            });
-            s.linearise(job);
-        });
-        group.modes.clear();
-        group.solve_with_contacts();
-    }
+         ++pass)
+        group.relinearise();
     group.each([](ImplicitSolver& s, const Job& job, std::uint32_t) {
         s.place_at_solution(job);
         std::fill(job.phyxels.touching.begin(), job.phyxels.touching.end(), std::uint8_t{0});

@@ -273,6 +273,21 @@ void ImplicitSolver::start_guess(const Job& job) {
         else
             vectors_.d[i] = square * vectors_.p[i];
     });
+    if (momenta_.largest_rate() * job.input.dt > tuning::guess::min_rotation) turn_guess(job);
+}
+
+// Linearises where finite rotations take the pieces: the guess of those that turn becomes the base.
+void ImplicitSolver::turn_guess(const Job& job) {
+    for_phyxels(job.parallel, vectors_.d.size(), [&](std::size_t i) {
+        vectors_.p[i] = system_.base[i] + vectors_.d[i] - prediction_.start_position[i];
+    });
+    rotations_.apply(job.phyxels, job.material, job.input.piece_count, conditions_.held,
+                     prediction_.start_position, vectors_.p, job.parallel);
+    for_phyxels(job.parallel, vectors_.d.size(), [&](std::size_t i) {
+        if (conditions_.held[i] != 0) return;
+        system_.base[i] = prediction_.start_position[i] + vectors_.p[i];
+        vectors_.d[i].setZero();
+    });
 }
 
 bool ImplicitSolver::has_high_acceleration(const Job& job, const Vec3& acceleration_less_gravity) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <splitcubes/contact/response/contact_forces.h>
+#include <splitcubes/dynamics/finite_rotations.h>
 #include <splitcubes/dynamics/implicit/aggregates.h>
 #include <splitcubes/dynamics/solver_types.h>
 #include <splitcubes/dynamics/step_results.h>
@@ -28,7 +29,12 @@ namespace splitcubes::meshless {
 ///
 /// Contacts and attachment springs are springs within the solve (contact/response/contact_forces.h),
 /// linearised at its start. While their active set or friction changes, further solves follow, each started
-/// from the last. A piece that is hit uses backward Euler in this step and the next.
+/// from the last, and ends where the power of all forces along it vanishes (a line search). A piece that is
+/// hit uses backward Euler in this step and the next.
+///
+/// Rotations are finite: where a piece turns in the prediction or in a solve, the rigid rotation of its
+/// displacements is carried out as one, and the system is linearised there. Straight lines would stretch a
+/// piece that turns by an angle a by a^2 / 2.
 ///
 /// Momentum: an unfinished solve changes it, and backward Euler loses angular momentum. Therefore each piece
 /// that is neither held nor in contact, and each group of pieces that touch nothing but each other, receives
@@ -100,6 +106,10 @@ class ImplicitSolver {
     void update_phyxels(const Job& job);
     void bind_pieces(const Job& job, const ContactInput& contacts, std::uint32_t part);
     void finish(const Job& job);
+    double energy_of_motion(const Job& job);
+    void turn_guess(const Job& job);
+    double weight_of_pieces(const Job& job, std::span<const std::uint32_t> of);
+    double work_along_solve(const Job& job, std::span<const Vec3> r);
     static void restore_shared(Group& group, const ContactInput& contacts);
     void size_buffers(std::size_t count);
     void find_step_conditions(const Job& job);
@@ -170,6 +180,11 @@ class ImplicitSolver {
         std::vector<Vec3> p;  // scratch: positions or accelerations
         std::vector<Vec3> q;  // N, product A d
     };
+    /// Solution and residual before the last solve, per phyxel.
+    struct Kept {
+        std::vector<Vec3> d;  // m
+        std::vector<Vec3> r;  // N
+    };
     /// Buffers of conjugate gradients, in single precision.
     struct ConjugateGradients {
         FloatArray d, r, p, q;  // row arrays of 3: correction of vectors_.d, residual, direction p, A p
@@ -186,6 +201,7 @@ class ImplicitSolver {
         std::vector<std::uint8_t> hit;         // hit in this step
         std::vector<std::uint8_t> supported;   // held, or in contact in the previous step
         std::vector<std::uint8_t> restrained;  // held or pulled by a handle
+        std::vector<std::uint8_t> near;        // may touch something
     };
     /// Smoothing of high accelerations in the initial guess.
     struct Smoothing {
@@ -218,6 +234,7 @@ class ImplicitSolver {
     System system_;
     Prediction prediction_;
     Vectors vectors_;
+    Kept kept_;
     ConjugateGradients cg_;
     Conditions conditions_;
     Smoothing smoothing_;
@@ -225,6 +242,7 @@ class ImplicitSolver {
     Springs springs_;
     ForceJumps force_jumps_;
     MomentumKeeper momenta_;
+    FiniteRotations rotations_;
     ContactForces contacts_;
     GroupBuffer group_;  // used by the first member of a group
     SolverReport report_;

@@ -61,7 +61,12 @@ struct ImplicitSolver::Group {
     void position_touched();
     void clear_contacts();
     void refresh_contacts();
-    bool revise(bool only_add);
+    bool revise();
+    void keep_solution();
+    double best_share();
+    void search_along_solve();
+    bool turn_solutions();
+    void relinearise();
     void solve(bool from_solution);
     double tolerance() const;
     double loose_square(double tight_square) const;
