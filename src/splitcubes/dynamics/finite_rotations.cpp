@@ -1,4 +1,5 @@
 #include <splitcubes/dynamics/finite_rotations.h>
+#include <splitcubes/math/decompose.h>
 
 #include <cmath>
 
@@ -64,6 +65,41 @@ void FiniteRotations::apply(const Phyxels& phyxels, const Material& material, in
         const Vec3 arm = x[i] - motion.centre;
         const Vec3 strain = u[i] - motion.shift - motion.angle.cross(arm);
         u[i] = motion.shift + motion.rotation * (arm + strain) - arm;
+    });
+}
+
+void FiniteRotations::keep_strain(const Phyxels& phyxels, int piece_count, std::span<const std::uint8_t> held,
+                                  std::span<const Vec3> x, std::span<Vec3> u, const Parallel& parallel) {
+    motion_.assign(static_cast<std::size_t>(piece_count) + 1, Motion{});
+    find_motions(phyxels, held, x, u);
+    for (Motion& motion : motion_) motion.inertia.setZero();
+    for (std::size_t i = 0; i < u.size(); ++i) {
+        Motion& motion = motion_[slot_of(phyxels.piece[i], motion_.size())];
+        if (motion.is_held) continue;
+        const Vec3 arm = x[i] - motion.centre;
+        motion.inertia += phyxels.mass[i] * (arm + u[i] - motion.shift) * arm.transpose();
+    }
+    for (Motion& motion : motion_)
+        if (!motion.is_held) motion.rotation = rotation_of(motion.inertia);
+    for_phyxels(parallel, u.size(), [&](std::size_t i) {
+        const Motion& motion = motion_[slot_of(phyxels.piece[i], motion_.size())];
+        if (motion.is_held) return;
+        const Vec3 arm = x[i] - motion.centre;
+        u[i] += arm - motion.shift - motion.rotation * arm;
+    });
+}
+
+void FiniteRotations::straighten(Phyxels& phyxels, int piece_count, std::span<const std::uint8_t> skip,
+                                 std::span<const Vec3> strain, double dt, const Parallel& parallel) {
+    motion_.assign(static_cast<std::size_t>(piece_count) + 1, Motion{});
+    find_motions(phyxels, skip, phyxels.position, phyxels.velocity);
+    for (Motion& motion : motion_)
+        if (!motion.is_held) motion.angle = angular_velocity(motion.inertia, motion.angle);
+    for_phyxels(parallel, phyxels.size(), [&](std::size_t i) {
+        const Motion& motion = motion_[slot_of(phyxels.piece[i], motion_.size())];
+        if (motion.is_held) return;
+        phyxels.velocity[i] =
+            motion.shift + motion.angle.cross(phyxels.position[i] - motion.centre) + strain[i] / dt;
     });
 }
 

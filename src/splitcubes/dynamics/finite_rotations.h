@@ -23,6 +23,16 @@ class FiniteRotations {
     void apply(const Phyxels& phyxels, const Material& material, int piece_count,
                std::span<const std::uint8_t> held, std::span<const Vec3> x, std::span<Vec3> u,
                const Parallel& parallel);
+    /// Replaces the displacements u by what the best rigid motion of each piece leaves of them (orthogonal
+    /// Procrustes problem; Kabsch 1976). Those of pieces that are held stay.
+    void keep_strain(const Phyxels& phyxels, int piece_count, std::span<const std::uint8_t> held,
+                     std::span<const Vec3> x, std::span<Vec3> u, const Parallel& parallel);
+    /// Replaces the velocities of pieces after a step of backward Euler by those of their rigid motion plus
+    /// strain / dt, where `strain` is the result of keep_strain. Along a chord, a piece that turns by an
+    /// angle a also grows at a rate a^2 / (2 dt). Momenta stay. skip: per phyxel; 1: its piece stays as it
+    /// is.
+    void straighten(Phyxels& phyxels, int piece_count, std::span<const std::uint8_t> skip,
+                    std::span<const Vec3> strain, double dt, const Parallel& parallel);
     /// Returns the elastic energy that the replaced rotations would have stored, J.
     double stretch_energy() const { return stretch_energy_; }
 

@@ -50,7 +50,10 @@ bool ImplicitSolver::Group::turn_solutions() {
         motion += s.energy_of_motion(job);
     });
     if (!(stretch > tuning::passes::stretch_share * motion)) return false;
-    each([](ImplicitSolver& s, const Job&, std::uint32_t) { s.vectors_.d.swap(s.kept_.d); });
+    each([](ImplicitSolver& s, const Job&, std::uint32_t) {
+        s.vectors_.d.swap(s.kept_.d);
+        s.conditions_.is_turned = true;
+    });
     return true;
 }
 
@@ -198,6 +201,7 @@ void ImplicitSolver::place_at_solution(const Job& job) {
 void ImplicitSolver::update_phyxels(const Job& job) {
     for_phyxels(job.parallel, job.phyxels.size(), [&](std::size_t i) { finish_phyxel(job, i); });
     for (std::size_t i = 0; i < job.phyxels.size(); ++i) report_.non_finite += conditions_.failed[i];
+    if (conditions_.is_turned) straighten_velocities(job);
 }
 
 // Excludes pieces that are held or pulled from the restoring of momenta, and joins pieces that touch each

@@ -55,7 +55,8 @@ void ImplicitSolver::size_buffers(std::size_t count) {
                         &springs_.force, &vectors_.d, &vectors_.r, &vectors_.p, &vectors_.q})
         array->resize(count);
     conditions_.failed.assign(count, 0);
-    for (auto* array : {&conditions_.inverted, &conditions_.held, &smoothing_.high_acceleration})
+    for (auto* array :
+         {&conditions_.inverted, &conditions_.held, &conditions_.skipped, &smoothing_.high_acceleration})
         array->resize(count);
     smoothing_.phyxels.reserve(count);
 }
@@ -63,6 +64,7 @@ void ImplicitSolver::size_buffers(std::size_t count) {
 // Determines what the choice of step sizes and the initial guess depend on.
 void ImplicitSolver::find_step_conditions(const Job& job) {
     const Phyxels& phyxels = job.phyxels;
+    conditions_.is_turned = false;
     conditions_.supported.assign(static_cast<std::size_t>(job.input.piece_count) + 1, 0);
     conditions_.any_inverted = sum_(job.parallel, phyxels.size(), [&](std::size_t begin, std::size_t end) {
                                    double count = 0;
@@ -216,8 +218,17 @@ void ImplicitSolver::compute_rhs(const Job& job) {
         for_phyxels(job.parallel, phyxels.size(), [&](std::size_t i) {
             vectors_.p[i] =
                 prediction_.velocity[i] + (system_.base[i] - prediction_.position[i]) / system_.b[i];
+            vectors_.q[i] = system_.base[i] - prediction_.start_position[i];
             system_.mobility[i] = 0;
         });
+        // Chords of a rotation are no strain rate.
+        if (conditions_.is_turned) {
+            rotations_.keep_strain(job.phyxels, job.input.piece_count, conditions_.held,
+                                   prediction_.start_position, vectors_.q, job.parallel);
+            for_phyxels(job.parallel, phyxels.size(), [&](std::size_t i) {
+                if (!(system_.b[i] < job.input.dt)) vectors_.p[i] = vectors_.q[i] / job.input.dt;
+            });
+        }
         // A twist would damp the rotation of a taut body.
         elastic_.apply_stiffness(damping, system_.mobility, vectors_.p, vectors_.q, job.parallel, 0);
     }
@@ -276,8 +287,22 @@ void ImplicitSolver::start_guess(const Job& job) {
     if (momenta_.largest_rate() * job.input.dt > tuning::guess::min_rotation) turn_guess(job);
 }
 
+// Takes the growth along chords out of the velocities of pieces that took backward Euler.
+void ImplicitSolver::straighten_velocities(const Job& job) {
+    for_phyxels(job.parallel, vectors_.q.size(), [&](std::size_t i) {
+        vectors_.q[i] = job.phyxels.position[i] - prediction_.start_position[i];
+        conditions_.skipped[i] =
+            system_.b[i] < job.input.dt || conditions_.held[i] != 0 || conditions_.failed[i] != 0;
+    });
+    rotations_.keep_strain(job.phyxels, job.input.piece_count, conditions_.skipped,
+                           prediction_.start_position, vectors_.q, job.parallel);
+    rotations_.straighten(job.phyxels, job.input.piece_count, conditions_.skipped, vectors_.q, job.input.dt,
+                          job.parallel);
+}
+
 // Linearises where finite rotations take the pieces: the guess of those that turn becomes the base.
 void ImplicitSolver::turn_guess(const Job& job) {
+    conditions_.is_turned = true;
     for_phyxels(job.parallel, vectors_.d.size(), [&](std::size_t i) {
         vectors_.p[i] = system_.base[i] + vectors_.d[i] - prediction_.start_position[i];
     });

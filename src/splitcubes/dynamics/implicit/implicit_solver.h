@@ -108,6 +108,7 @@ class ImplicitSolver {
     void finish(const Job& job);
     double energy_of_motion(const Job& job);
     void turn_guess(const Job& job);
+    void straighten_velocities(const Job& job);
     double weight_of_pieces(const Job& job, std::span<const std::uint32_t> of);
     double work_along_solve(const Job& job, std::span<const Vec3> r);
     static void restore_shared(Group& group, const ContactInput& contacts);
@@ -195,8 +196,10 @@ class ImplicitSolver {
     struct Conditions {
         std::vector<std::uint8_t> inverted;  // per phyxel, det F <= 0 before the step
         bool any_inverted = false;
-        std::vector<std::uint8_t> held;    // per phyxel
-        std::vector<std::uint8_t> failed;  // per phyxel, went non-finite in this step
+        bool is_turned = false;             // a piece turned in this step
+        std::vector<std::uint8_t> held;     // per phyxel
+        std::vector<std::uint8_t> skipped;  // per phyxel, its piece keeps its velocities
+        std::vector<std::uint8_t> failed;   // per phyxel, went non-finite in this step
         // Per piece, and one for phyxels without a piece:
         std::vector<std::uint8_t> hit;         // hit in this step
         std::vector<std::uint8_t> supported;   // held, or in contact in the previous step
