@@ -69,7 +69,7 @@ TEST(FiniteRotations, LeaveStrainsAndHeldPieces) {
 TEST(FiniteRotations, TumblingBodiesKeepTheirEnergy) {
     const Parallel parallel(2);
     Random random(8);
-    for (int trial = 0; trial < 12; ++trial) {
+    for (int trial = 0; trial < 24; ++trial) {
         Material material;
         material.youngs_modulus = std::pow(10, random.uniform(5.5, 7.5));
         material.poisson_ratio = random.uniform(0, 0.45);
@@ -87,8 +87,8 @@ TEST(FiniteRotations, TumblingBodiesKeepTheirEnergy) {
             highest = std::max(highest, report.kinetic_energy + report.elastic_energy);
             removed += report.energy_removed;
         }
-        EXPECT_LT(highest, 1.01 * first) << "trial " << trial << ", " << angle << " rad a step";
-        EXPECT_LT(removed, 0.05 * first) << "trial " << trial << ", " << angle << " rad a step";
+        EXPECT_LT(highest, 1.005 * first) << "trial " << trial << ", " << angle << " rad a step";
+        EXPECT_LT(removed, 0.001 * first) << "trial " << trial << ", " << angle << " rad a step";
     }
 }
 

@@ -68,6 +68,12 @@ void FiniteRotations::apply(const Phyxels& phyxels, const Material& material, in
     });
 }
 
+Vec3 FiniteRotations::centripetal(std::int32_t piece, const Vec3& x) const {
+    const Motion& motion = motion_[slot_of(piece, motion_.size())];
+    if (motion.is_held) return Vec3::Zero();
+    return motion.angle.cross(motion.angle.cross(x - motion.centre));
+}
+
 void FiniteRotations::keep_strain(const Phyxels& phyxels, int piece_count, std::span<const std::uint8_t> held,
                                   std::span<const Vec3> x, std::span<Vec3> u, const Parallel& parallel) {
     motion_.assign(static_cast<std::size_t>(piece_count) + 1, Motion{});

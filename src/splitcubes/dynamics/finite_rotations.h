@@ -33,6 +33,9 @@ class FiniteRotations {
     /// is.
     void straighten(Phyxels& phyxels, int piece_count, std::span<const std::uint8_t> skip,
                     std::span<const Vec3> strain, double dt, const Parallel& parallel);
+    /// Returns the centripetal acceleration at x (m) of the last call of apply, times the square of the step,
+    /// m; zero for pieces that it left as they were.
+    Vec3 centripetal(std::int32_t piece, const Vec3& x) const;
     /// Returns the elastic energy that the replaced rotations would have stored, J.
     double stretch_energy() const { return stretch_energy_; }
 

@@ -28,9 +28,9 @@ inline constexpr int max_passes = 10;
 /// Last of these revisions, 1 to 4, after which solves go to the full tolerance whatever changes. More cost
 /// iterations; fewer leave large residuals where contacts keep changing.
 inline constexpr int tight_passes = 2;
-/// Maximum number of relinearisations because pieces turned, 1 to 5. More cost solves; fewer leave pieces
+/// Maximum number of relinearisations because pieces turned, 3 to 12. More cost solves; fewer leave pieces
 /// that are stretched by turning.
-inline constexpr int max_turns = 3;
+inline constexpr int max_turns = 8;
 /// Elastic energy of the stretch by turning, as a share of the energy of motion, 1e-4 to 0.01, above which
 /// the system is linearised again. Larger adds energy in hits of stiff bodies; smaller costs solves.
 inline constexpr double stretch_share = 1e-3;
@@ -148,7 +148,7 @@ namespace stages {
 /// rad, rotation of a piece in a step, 0.1 to 1, above which its body takes substeps where nothing touches,
 /// and BDF2 in place of the trapezoidal rule. Larger strains what rotates and lets its energy drift; smaller
 /// costs substeps.
-inline constexpr double max_rotation = 0.5;
+inline constexpr double max_rotation = 0.4;
 /// rad, rotation in such a substep, 0.1 to max_rotation. Smaller drifts less and costs substeps.
 inline constexpr double substep_rotation = 0.25;
 /// Maximum number of these substeps, 2 to 16: a piece that rotates by more loses energy to the guard.

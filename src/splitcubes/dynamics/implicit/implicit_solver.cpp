@@ -271,6 +271,7 @@ void ImplicitSolver::guess_acceleration(const Job& job, std::size_t i) {
 // linearisation. The prediction would let such a piece fall past its support by b^2 g and shear the adjacent
 // phyxels so much that a solve linearised there ends elsewhere, and elsewhere for each b.
 void ImplicitSolver::start_guess(const Job& job) {
+    if (momenta_.largest_rate() * job.input.dt > tuning::guess::min_rotation) turn_prediction(job);
     smooth_high_accelerations(job);
     // The base of a trapezoidal stage lacks the acceleration at both ends.
     const double ends = job.options.stage == TimeStage::trapezoidal ? 2 : 1;
@@ -284,7 +285,6 @@ void ImplicitSolver::start_guess(const Job& job) {
         else
             vectors_.d[i] = square * vectors_.p[i];
     });
-    if (momenta_.largest_rate() * job.input.dt > tuning::guess::min_rotation) turn_guess(job);
 }
 
 // Takes the growth along chords out of the velocities of pieces that took backward Euler.
@@ -300,18 +300,20 @@ void ImplicitSolver::straighten_velocities(const Job& job) {
                           job.parallel);
 }
 
-// Linearises where finite rotations take the pieces: the guess of those that turn becomes the base.
-void ImplicitSolver::turn_guess(const Job& job) {
+// Carries out the rotations of pieces in the prediction as finite ones. These have the centripetal
+// acceleration within them, so the guess loses it.
+void ImplicitSolver::turn_prediction(const Job& job) {
     conditions_.is_turned = true;
-    for_phyxels(job.parallel, vectors_.d.size(), [&](std::size_t i) {
-        vectors_.p[i] = system_.base[i] + vectors_.d[i] - prediction_.start_position[i];
-    });
+    for_phyxels(job.parallel, vectors_.q.size(),
+                [&](std::size_t i) { vectors_.q[i] = system_.base[i] - prediction_.start_position[i]; });
     rotations_.apply(job.phyxels, job.material, job.input.piece_count, conditions_.held,
-                     prediction_.start_position, vectors_.p, job.parallel);
-    for_phyxels(job.parallel, vectors_.d.size(), [&](std::size_t i) {
+                     prediction_.start_position, vectors_.q, job.parallel);
+    for_phyxels(job.parallel, vectors_.q.size(), [&](std::size_t i) {
         if (conditions_.held[i] != 0) return;
-        system_.base[i] = prediction_.start_position[i] + vectors_.p[i];
-        vectors_.d[i].setZero();
+        system_.base[i] = prediction_.start_position[i] + vectors_.q[i];
+        if (!vectors_.p[i].isZero(0) && job.phyxels.restart_history[i] == 0)
+            vectors_.p[i] -= rotations_.centripetal(job.phyxels.piece[i], prediction_.start_position[i]) /
+                             (job.input.dt * job.input.dt);
     });
 }
 

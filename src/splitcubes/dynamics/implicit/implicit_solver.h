@@ -107,7 +107,7 @@ class ImplicitSolver {
     void bind_pieces(const Job& job, const ContactInput& contacts, std::uint32_t part);
     void finish(const Job& job);
     double energy_of_motion(const Job& job);
-    void turn_guess(const Job& job);
+    void turn_prediction(const Job& job);
     void straighten_velocities(const Job& job);
     double weight_of_pieces(const Job& job, std::span<const std::uint32_t> of);
     double work_along_solve(const Job& job, std::span<const Vec3> r);
