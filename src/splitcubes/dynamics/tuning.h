@@ -53,9 +53,6 @@ namespace search {
 /// Power at the end of a solve as a share of that at its start, 0.01 to 0.5, that ends it as it is. Larger
 /// keeps solves that contacts would stop; smaller searches in vain.
 inline constexpr double enough = 0.1;
-/// Longest motion over that of the solve, 1 to 4. Larger speeds sliding up, and overshoots where contacts
-/// open; 1 never lengthens.
-inline constexpr double longest = 2;
 /// Maximum number of bisections, 10 to 30.
 inline constexpr int bisections = 20;
 

@@ -130,15 +130,8 @@ double ImplicitSolver::Group::best_share() {
         return (1 - t) * at_start + t * at_end + forces->excess_power(t, jobs[0].parallel);
     };
     const double enough = tuning::search::enough * at_start;
-    const double last = power(1);
-    if (std::abs(last) < enough) return 1;
-    double low = 0, high = 1;
-    if (last > 0) {
-        low = 1;
-        high = tuning::search::longest;
-        if (power(high) > 0) return high;
-    }
-    double t = high;
+    if (power(1) > -enough) return 1;
+    double low = 0, high = 1, t = 1;
     for (int k = 0; k < tuning::search::bisections; ++k) {
         t = 0.5 * (low + high);
         const double at = power(t);
@@ -148,9 +141,9 @@ double ImplicitSolver::Group::best_share() {
     return t;
 }
 
-// Shortens or lengthens the last solve to where the contacts as they are there allow it. Without that, sets
+// Shortens the last solve to where the contacts as they are there allow it. Without that, sets
 // of contacts that do not push together follow each other without end.
-void ImplicitSolver::Group::search_along_solve() {
+void ImplicitSolver::Group::shorten_solve() {
     const double t = best_share();
     if (t == 1) return;
     each([&](ImplicitSolver& s, const Job& job, std::uint32_t) {
@@ -175,7 +168,7 @@ void ImplicitSolver::Group::solve_with_contacts() {
             tolerance_factor = 1;
         if (changed) keep_solution();
         solve(false);
-        if (changed) search_along_solve();
+        if (changed) shorten_solve();
     }
     tolerance_factor = 1;
 }

@@ -64,7 +64,7 @@ struct ImplicitSolver::Group {
     bool revise();
     void keep_solution();
     double best_share();
-    void search_along_solve();
+    void shorten_solve();
     bool turn_solutions();
     void relinearise();
     void solve(bool from_solution);
