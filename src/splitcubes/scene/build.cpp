@@ -292,6 +292,7 @@ std::unique_ptr<body::World> build_world(
         settings.solver.kind = meshless::SolverKind::explicit_steps;
     settings.contact.pieces = scene.contact.pieces;
     settings.contact.friction = scene.contact.friction;
+    settings.contact.restitution = scene.contact.restitution;
     settings.solver.tolerance = scene.solver.tolerance;
     settings.solver.max_iterations = scene.solver.max_iterations;
     settings.solver.scheme = scheme_of(scene.solver.integrator);

@@ -358,7 +358,8 @@ struct ColliderDescription {
 /// Pieces and bodies against each other.
 struct ContactDescription {
     bool pieces = true;
-    double friction = 0.5;  // Coulomb coefficient
+    double friction = 0.5;              // Coulomb coefficient
+    std::optional<double> restitution;  // coefficient of all hits; none: as the solvers leave them
     bool operator==(const ContactDescription&) const = default;
 };
 

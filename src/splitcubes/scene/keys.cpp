@@ -63,7 +63,7 @@ const std::vector<ObjectKeys>& scene_keys() {
          {"name", "shape", "half_space", "placement", "rounding", "keyframes", "pivot", "friction",
           "relative_to", "start_when", "end_when", "finish"}},
         {"half_space_shape", {"point", "normal"}},
-        {"contact", {"pieces", "friction"}},
+        {"contact", {"pieces", "friction", "restitution"}},
         {"handle",
          {"name", "body", "region", "keyframes", "pivot", "stiffness", "force_limit", "from_time",
           "until_time", "start_when", "release_when", "relative_to"}},

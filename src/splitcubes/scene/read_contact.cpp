@@ -42,6 +42,7 @@ ContactDescription read_contact(const Value& value) {
     ContactDescription out;
     object.read("pieces", out.pieces);
     object.read("friction", out.friction, {0, 1000});
+    object.read_optional("restitution", out.restitution, {0, 1});
     return out;
 }
 

@@ -448,7 +448,9 @@ nlohmann::ordered_json resolved_scene(const SceneDescription& scene) {
         out["ground"] = {{"height", scene.ground->height}, {"friction", scene.ground->friction}};
     }
     out["colliders"] = array_of(scene.colliders);
-    out["contact"] = {{"pieces", scene.contact.pieces}, {"friction", scene.contact.friction}};
+    out["contact"] = {{"pieces", scene.contact.pieces},
+                      {"friction", scene.contact.friction},
+                      {"restitution", or_null(scene.contact.restitution)}};
     out["bodies"] = array_of(scene.bodies);
     out["constraints"] = array_of(scene.constraints);
     out["handles"] = array_of(scene.handles);

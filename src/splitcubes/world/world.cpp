@@ -4,11 +4,13 @@
 #include <splitcubes/contact/detection/body_view.h>
 #include <splitcubes/contact/detection/collider_overlaps.h>
 #include <splitcubes/contact/detection/contact_finder.h>
+#include <splitcubes/contact/detection/restitution.h>
 #include <splitcubes/contact/detection/rigid_contacts.h>
 #include <splitcubes/core/error.h>
 #include <splitcubes/core/stopwatch.h>
 #include <splitcubes/cutting/sweep.h>
 #include <splitcubes/math/state_numbers.h>
+#include <splitcubes/samples/phyxels.h>
 #include <splitcubes/world/island_step.h>
 #include <splitcubes/world/world.h>
 
@@ -17,12 +19,22 @@
 
 namespace splitcubes::body {
 
+namespace {
+
+bool has_fragments(std::span<const BodyView> views) {
+    return std::any_of(views.begin(), views.end(),
+                       [](const BodyView& view) { return !view.phyxels.rigid.empty(); });
+}
+
+}  // namespace
+
 World::World(const WorldSettings& settings, std::shared_ptr<const Parallel> parallel)
     : settings_(settings),
       parallel_(std::move(parallel)),
       contact_finder_(std::make_unique<ContactFinder>()),
       rigid_contacts_(std::make_unique<RigidContacts>()),
       collider_overlaps_(std::make_unique<ColliderOverlaps>()),
+      restitution_(std::make_unique<Restitution>()),
       island_step_(std::make_unique<IslandStep>()) {
     if (!(settings.time_step > 0)) throw InputError("time step", "must be positive");
     if (settings.ground)
@@ -126,9 +138,12 @@ StepReport World::step() {
     if (settings_.contact.pieces)
         rigid_contacts_->find(rigid(), *contact_finder_, contact_islands_, *parallel_);
     done(Stage::detect_contacts);
+    begin_hits(views);
     integrate(context, report);
     if (settings_.contact.pieces) {
         views = views_of(bodies_);  // with what constraints hold in this step
+        // Fragments take energy that no hit of elastic pieces lost.
+        if (settings_.contact.restitution && has_fragments(views)) restitution_->measure(hit_task(views));
         const RigidContacts::Outcome pushed = rigid_contacts_->push(rigid());
         report.totals.kinetic_energy += pushed.kinetic_energy;
         report.totals.momentum += pushed.momentum;
@@ -140,6 +155,7 @@ StepReport World::step() {
     done(Stage::update_node_frames);
     for (auto& body : bodies_) body->move_surface(context);
     undo_overlaps(context, report);
+    finish_hits(report);
     for (auto& body : bodies_) body->finish_surface(context, report);
     done(Stage::update_surface);
 
@@ -193,6 +209,7 @@ void World::save(StateWriter& writer) const {
         for (const double number : {cached.normal_force, cached.stiffness, cached.rest_gap, cached.energy})
             writer.add(number);
     }
+    restitution_->save(writer);
     for (const Tool& tool : tools_) {
         writer.add(std::uint64_t{tool.last_normal.size()});
         writer.add(numbers_of(tool.last_normal));
@@ -220,6 +237,7 @@ void World::load(StateReader& reader) {
     require_state(std::adjacent_find(cached_contacts_.begin(), cached_contacts_.end(), by_key) ==
                       cached_contacts_.end(),
                   "contacts out of order");
+    restitution_->load(reader);
     for (Tool& tool : tools_) {
         const std::size_t count = reader.count(sizeof(Vec3));
         require_state(count == 0 || count == bodies_.size(), "a tool with a wrong number of bodies");
@@ -242,6 +260,7 @@ StateHash World::state_hash() const {
         hash.add(cached.energy);
         hash.add(std::span<const double>(cached.force.data(), 3));
     }
+    restitution_->add_to_hash(hash);
     for (const auto& body : bodies_) body->add_to_hash(hash);
     return hash;
 }

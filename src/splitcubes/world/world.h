@@ -29,9 +29,12 @@ namespace splitcubes::body {
 
 class Body;
 struct BodySettings;
+struct BodyView;
 class ColliderOverlaps;
 class ContactFinder;
 struct ContactIsland;
+struct HitTask;
+class Restitution;
 class RigidContacts;
 struct StepContext;
 struct TopologyChange;
@@ -143,6 +146,9 @@ class World {
     void accumulate_side_friction(const Tool& tool, ToolForce& force) const;
     template <class NewKey>
     void renumber_cached_contacts(const NewKey& new_key);
+    HitTask hit_task(std::span<const BodyView> views) const;
+    void begin_hits(std::span<const BodyView> views);
+    void finish_hits(StepReport& report);
     void undo_overlaps(const StepContext& context, StepReport& report);
     void integrate(const StepContext& context, StepReport& report);
     void integrate_island(const ContactIsland& island, const StepContext& context, StepReport& report);
@@ -159,6 +165,7 @@ class World {
     std::vector<ContactIsland> contact_islands_;
     std::unique_ptr<RigidContacts> rigid_contacts_;
     std::unique_ptr<ColliderOverlaps> collider_overlaps_;
+    std::unique_ptr<Restitution> restitution_;
     std::vector<meshless::CachedContact> cached_contacts_;  // sorted by key
     struct IslandStep;
     std::unique_ptr<IslandStep> island_step_;

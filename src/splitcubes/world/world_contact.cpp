@@ -1,7 +1,9 @@
 // Integration of bodies, alone or in islands of bodies in contact.
 #include <splitcubes/body/body.h>
 #include <splitcubes/body/step_context.h>
+#include <splitcubes/contact/detection/body_view.h>
 #include <splitcubes/contact/detection/contact_finder.h>
+#include <splitcubes/contact/detection/restitution.h>
 #include <splitcubes/contact/detection/rigid_contacts.h>
 #include <splitcubes/dynamics/time_integrator.h>
 #include <splitcubes/world/island_step.h>
@@ -28,6 +30,29 @@ void find_cached_contacts(std::span<const meshless::Contact> contacts, const std
 
 }  // namespace
 
+HitTask World::hit_task(std::span<const BodyView> views) const {
+    return {views,
+            contact_islands_,
+            cached_contacts_,
+            settings_.gravity,
+            settings_.time_step,
+            settings_.contact.restitution.value_or(0)};
+}
+
+void World::begin_hits(std::span<const BodyView> views) {
+    if (settings_.contact.restitution) restitution_->begin(hit_task(views), *parallel_);
+}
+
+void World::finish_hits(StepReport& report) {
+    if (!settings_.contact.restitution) return;
+    const std::vector<BodyView> views = views_of(bodies_);  // with what constraints hold in this step
+    const Restitution::Outcome changed = restitution_->finish(hit_task(views), *parallel_);
+    report.totals.kinetic_energy += changed.kinetic_energy;
+    report.totals.contact_energy += changed.held_energy;
+    report.totals.momentum += changed.momentum;
+    report.totals.angular_momentum += changed.angular_momentum;
+}
+
 void World::integrate(const StepContext& context, StepReport& report) {
     next_cached_contacts_.clear();
     std::size_t handles = 0;
@@ -53,6 +78,11 @@ void World::integrate_island(const ContactIsland& island, const StepContext& con
         body.add_handle_springs(context, k, step.handle_springs, step.limits);
         step.inputs.push_back(body.begin_step(context));
     }
+    if (settings_.contact.restitution)
+        for (const meshless::HandleSpring& spring : step.handle_springs) {
+            const std::size_t body = island.bodies[spring.part];
+            restitution_->leave_out(body, bodies_[body]->phyxels().piece[spring.phyxel]);
+        }
     const ContactInput contacts{island.contacts, step.handle_springs, step.limits, &step.cached,
                                 &step.handle_forces};
     if (island.bodies.size() == 1) {

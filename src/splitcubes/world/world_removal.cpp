@@ -1,6 +1,7 @@
 // Removal of bodies, tools and colliders; the indices of the others follow.
 #include <splitcubes/body/body.h>
 #include <splitcubes/contact/detection/contact_finder.h>
+#include <splitcubes/contact/detection/restitution.h>
 #include <splitcubes/world/world.h>
 
 #include <algorithm>
@@ -56,11 +57,13 @@ void World::remove_body(std::size_t index) {
         }
     }
     renumber_cached_contacts([&](std::uint64_t key) { return key_without(key, 48, index); });
+    restitution_->remove_body(index);
 }
 
 void World::remove_collider(std::size_t index) {
     erase_at(colliders_, index);
     renumber_cached_contacts([&](std::uint64_t key) { return key_without(key, 32, index + 1); });
+    restitution_->remove_collider(index);
 }
 
 void World::remove_tool(std::size_t index) {

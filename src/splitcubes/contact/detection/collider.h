@@ -5,6 +5,7 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 
 namespace splitcubes::body {
@@ -23,6 +24,7 @@ struct Collider {
 struct ContactOptions {
     bool pieces = true;     // pieces and bodies push on each other, and cut faces of one piece, too
     double friction = 0.5;  // between them, Coulomb coefficient, >= 0
+    std::optional<double> restitution = {};  // coefficient, 0 to 1, also of hits on colliders; none: no law
 };
 
 }  // namespace splitcubes::body

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 
 /// Tuning constants of contact search and rigid fragments: tolerances, shares, limits and iteration counts
 /// that decide about behaviour, accuracy or time, grouped by subject. Each comment gives the unit (none for
@@ -235,5 +236,32 @@ inline constexpr int max_lifts = 8;
 inline constexpr int iterations = 20;
 
 }  // namespace overlaps
+
+/// Hits that rebound (restitution.cpp).
+namespace restitution {
+
+/// Steps of free fall, 1 to 5: hits that are slower than what gravity does in them have no rebound. More end
+/// a series of bounces sooner; fewer keep resting bodies in motion.
+inline constexpr double resting_steps = 2;
+/// Spacings per step, 1e-5 to 0.01: slower hits have no rebound, with or without gravity.
+inline constexpr double resting_share = 1e-3;
+/// Share of the approach speed, 0 to 0.1, below which the sides no longer approach. Larger cuts the approach
+/// short; smaller waits for what the solve leaves.
+inline constexpr double turned_share = 0.02;
+/// Share of the approach speed, 0 to 0.01, by which the speed of parting grows in a step while strain pushes.
+/// Larger gives the impulse while it still does; smaller waits where it hardly does.
+inline constexpr double rising_share = 0.002;
+/// Share of the energy of the rebound, 0 to 0.5. Where the strain has less, the impulse is given at once.
+/// Larger ends hits sooner than their strain does; smaller lets stiff bodies stay for another step.
+inline constexpr double weak_share = 0.1;
+/// Share of the wanted speed, 0.1 to 0.9, below which an impulse had too little energy.
+inline constexpr double moving_share = 0.5;
+/// Steps, 1 to 10, that a hit stays without anything that pushes its sides apart. More wait for energy that
+/// contact springs release late; fewer end the hits of resting bodies sooner.
+inline constexpr std::uint32_t stalled_steps = 3;
+/// Relative change of a mass, 1e-12 to 1e-3, above which the piece is another one.
+inline constexpr double same_mass_share = 1e-9;
+
+}  // namespace restitution
 
 }  // namespace splitcubes::body::tuning
