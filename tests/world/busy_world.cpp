@@ -79,6 +79,7 @@ std::unique_ptr<World> make(meshless::SolverKind solver, Size size, int thread_c
     settings.validate_each_step = false;
     settings.gravity = Vec3(0, 0, -9.81);
     settings.ground = meshless::GroundPlane{Vec3::UnitZ(), 0, 0.4};
+    settings.contact.restitution = 0.6;
     settings.solver.kind = solver;
     auto world = std::make_unique<World>(settings, threads(thread_count));
     add_block(*world, size);

@@ -27,6 +27,7 @@ std::unique_ptr<World> eventful_world(meshless::SolverKind solver, int thread_co
     settings.validate_each_step = false;
     settings.gravity = Vec3(0, 0, -9.81);
     settings.ground = meshless::GroundPlane{Vec3::UnitZ(), 0, 0.4};
+    settings.contact.restitution = 0.6;
     settings.solver.kind = solver;
     auto world = std::make_unique<World>(settings, threads(thread_count));
     BodySettings block = soft(0.02, 120);

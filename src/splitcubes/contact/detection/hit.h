@@ -47,6 +47,7 @@ struct Hit {
     std::array<Twist, 2> approach;  // of the sides when they met; a collider has no spin
     double fall = 0;                // m^2/s^2, what gravity added to the square of the approach speed
     double friction = 0;            // Coulomb coefficient
+    double blur = 0;                // m, offset of an arm from the normal that counts as none
     double impulse = 0;             // N s, along the normal
     Vec3 normal = Vec3::Zero();     // N s, sum of impulses, on the first side
     std::array<Vec3, 2> arm{Vec3::Zero(), Vec3::Zero()};  // N s m, weighted sums from centres of mass
@@ -61,7 +62,7 @@ struct Hit {
     /// Returns the unit normal, from the second side to the first.
     Vec3 unit_normal() const { return normal.normalized(); }
     /// Returns the mean arm of a side, m.
-    Vec3 mean_arm(std::size_t side) const { return arm[side] / impulse; }
+    Vec3 mean_arm(std::size_t side) const;
     /// Returns the speed at which the sides met at the present point, m/s.
     double approach_speed() const;
 };

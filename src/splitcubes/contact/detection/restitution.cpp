@@ -14,6 +14,12 @@ constexpr std::array<std::size_t, 2> both_sides = {0, 1};
 
 }  // namespace
 
+Vec3 Hit::mean_arm(std::size_t side) const {
+    const Vec3 mean = arm[side] / impulse, along = unit_normal();
+    const Vec3 central = along * along.dot(mean);
+    return (mean - central).norm() < blur ? central : mean;
+}
+
 double Hit::approach_speed() const {
     const Vec3 relative = approach[0].at(mean_arm(0)) - approach[1].at(mean_arm(1));
     const double along = unit_normal().dot(relative);
@@ -102,9 +108,11 @@ void Restitution::match(const HitTask& task) {
 
 // Begins a hit if the pair approached fast enough before the step.
 void Restitution::meet(const HitTask& task, const PairInStep& pair, Hit& hit) const {
+    const double spacing = task.bodies[pair.pair.body].spacing;
     Hit next;
     next.pair = pair.pair;
     next.friction = pair.friction;
+    if (pair.pair.has_collider()) next.blur = tuning::restitution::blur_share * spacing;
     Vec3 fall = Vec3::Zero();  // m/s^2, relative acceleration
     for (const std::size_t side : both_sides) {
         const std::size_t index = step_.slot(pair.pair, side);
@@ -115,7 +123,7 @@ void Restitution::meet(const HitTask& task, const PairInStep& pair, Hit& hit) co
         const PieceInStep& piece = step_.piece(index);
         next.mass[side] = piece.mass;
         next.approach[side] = piece.before;
-        next.strain += piece.elastic;
+        next.strain += piece.elastic_before;
         if (!piece.supported) fall += (side == 0 ? 1.0 : -1.0) * task.gravity;
     }
     Hit first = next;
@@ -124,9 +132,9 @@ void Restitution::meet(const HitTask& task, const PairInStep& pair, Hit& hit) co
     next.depth = -gap;
     next.spring = hit.spring;
     first.fall = next.fall = -2 * gap * first.unit_normal().dot(fall);
-    double resting = tuning::restitution::resting_steps * task.gravity.norm() * task.dt;
-    resting =
-        std::max(resting, tuning::restitution::resting_share * task.bodies[pair.pair.body].spacing / task.dt);
+    const double resting = std::max(tuning::restitution::resting_steps * task.gravity.norm() * task.dt,
+                                    tuning::restitution::resting_share * spacing / task.dt);
+    next.last_speed = -first.approach_speed();
     if (first.approach_speed() > resting) next.phase = HitPhase::closing;
     hit = next;
 }
@@ -175,13 +183,22 @@ void Restitution::credit_losses(const HitTask& task) {
     });
 }
 
+// Returns the arm of the point at which an impulse acts, m. Both sides of a pair of pieces have one point, so
+// that it conserves angular momentum.
+Vec3 Restitution::arm(const Hit& hit, std::size_t side) const {
+    if (hit.pair.has_collider()) return hit.mean_arm(side);
+    const std::array<Vec3, 2> centre = {step_.piece(step_.slot(hit.pair, 0)).centre,
+                                        step_.piece(step_.slot(hit.pair, 1)).centre};
+    return 0.5 * (centre[0] + hit.mean_arm(0) + centre[1] + hit.mean_arm(1)) - centre[side];
+}
+
 // Returns the change of the relative velocity, m/s, by an impulse, N s, at the point of a hit.
 Vec3 Restitution::velocity_change(const Hit& hit, const Vec3& impulse) const {
     Vec3 change = Vec3::Zero();
     for (const std::size_t side : both_sides)
         if (const std::size_t index = step_.slot(hit.pair, side); index != TouchingPairs::no_slot) {
             const PieceInStep& piece = step_.piece(index);
-            change += mobility_at(1 / piece.mass, piece.inverse_inertia, hit.mean_arm(side)) * impulse;
+            change += mobility_at(1 / piece.mass, piece.inverse_inertia, arm(hit, side)) * impulse;
         }
     return change;
 }
@@ -189,8 +206,8 @@ Vec3 Restitution::velocity_change(const Hit& hit, const Vec3& impulse) const {
 // Returns the velocity of the first side relative to the second, m/s.
 Vec3 Restitution::parting_velocity(const Hit& hit) const {
     const std::size_t a = step_.slot(hit.pair, 0), b = step_.slot(hit.pair, 1);
-    const Vec3 second = b == TouchingPairs::no_slot ? hit.surface : step_.piece(b).after.at(hit.mean_arm(1));
-    return step_.piece(a).after.at(hit.mean_arm(0)) - second;
+    const Vec3 second = b == TouchingPairs::no_slot ? hit.surface : step_.piece(b).after.at(arm(hit, 1));
+    return step_.piece(a).after.at(arm(hit, 0)) - second;
 }
 
 double Restitution::parting_speed(const Hit& hit) const {
@@ -213,13 +230,12 @@ bool Restitution::advance(const HitTask& task, Hit& hit, const PairInStep* pair)
     const double speed = parting_speed(hit), met = hit.approach_speed();
     const double turned = -tuning::restitution::turned_share * met;
     if (!pushes) {
-        if (!(speed > turned)) return false;
-        // The sides have parted by a gap, on which gravity has acted.
-        Vec3 fall = Vec3::Zero();
-        if (hit.pair.has_collider()) fall = task.gravity;
-        const double gap = pair ? std::max(0.0, pair->gap_after) : 0;
+        // Contacts can end before the sides have stopped: a piece slides off an edge.
+        if (!(speed > -tuning::restitution::stopped_share * met)) return false;
+        // Gravity acts on what the centre is above or below where it was when the sides met.
+        const double fall = hit.pair.has_collider() ? -task.gravity.dot(hit.unit_normal()) : 0;
         const double wanted = task.coefficient * met;
-        const double left = wanted * wanted + 2 * gap * hit.unit_normal().dot(fall);
+        const double left = wanted * wanted + 2 * hit.depth * fall;
         set_speed(hit, std::sqrt(std::max(0.0, left)), true);
         return false;
     }
@@ -298,7 +314,7 @@ void Restitution::push(const Hit& hit, const Vec3& impulse) {
             PieceInStep& piece = step_.piece(index);
             const Vec3 on_it = side == 0 ? impulse : Vec3(-impulse);
             piece.after.velocity += on_it / piece.mass;
-            piece.after.spin += piece.inverse_inertia * hit.mean_arm(side).cross(on_it);
+            piece.after.spin += piece.inverse_inertia * arm(hit, side).cross(on_it);
             piece.pushed = true;
         }
 }

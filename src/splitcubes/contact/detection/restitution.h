@@ -69,6 +69,7 @@ class Restitution {
     void credit_losses(const HitTask& task);
     double rebound(const HitTask& task, const Hit& hit) const;
     void add_depth(const HitTask& task, Hit& hit) const;
+    Vec3 arm(const Hit& hit, std::size_t side) const;
     Vec3 velocity_change(const Hit& hit, const Vec3& impulse) const;
     Vec3 parting_velocity(const Hit& hit) const;
     double parting_speed(const Hit& hit) const;

@@ -13,7 +13,7 @@ namespace splitcubes::body {
 
 namespace {
 
-constexpr std::size_t vectors = 8, scalars = 11;
+constexpr std::size_t vectors = 8, scalars = 12;
 
 std::array<std::uint32_t, 6> integers_of(const Hit& hit) {
     return {hit.pair.body,  hit.pair.piece, hit.pair.other_body,
@@ -28,8 +28,8 @@ void visit(AnyHit& hit, const Act& act) {
         act(twist.spin);
     }
     for (auto* vector : {&hit.normal, &hit.arm[0], &hit.arm[1], &hit.surface}) act(*vector);
-    for (auto* scalar : {&hit.mass[0], &hit.mass[1], &hit.fall, &hit.friction, &hit.impulse, &hit.strain,
-                         &hit.depth, &hit.spring, &hit.last_speed, &hit.held, &hit.given})
+    for (auto* scalar : {&hit.mass[0], &hit.mass[1], &hit.fall, &hit.friction, &hit.impulse, &hit.blur,
+                         &hit.strain, &hit.depth, &hit.spring, &hit.last_speed, &hit.held, &hit.given})
         act(*scalar);
 }
 

@@ -50,7 +50,6 @@ void merge(PairInStep& sum, const PairInStep& other) {
     sum.point += other.point;
     sum.surface += other.surface;
     sum.gap_before = std::min(sum.gap_before, other.gap_before);
-    sum.gap_after = std::min(sum.gap_after, other.gap_after);
     sum.friction = std::max(sum.friction, other.friction);
     sum.spring += other.spring;
     sum.work += other.work;
@@ -121,7 +120,7 @@ void TouchingPairs::add_energies(const HitTask& task, bool before) {
             const double energy = 0.5 * m * phyxels.velocity[i].squaredNorm() + phyxels.elastic_energy[i] -
                                   m * task.gravity.dot(phyxels.position[i]);
             (before ? piece.energy_before : piece.energy) += energy;
-            if (!before) piece.elastic += phyxels.elastic_energy[i];
+            (before ? piece.elastic_before : piece.elastic) += phyxels.elastic_energy[i];
         }
     }
 }
@@ -180,9 +179,9 @@ void TouchingPairs::list_pairs(const HitTask& task) {
             if (swapped) std::swap(first, second);
             PairInStep out;
             out.pair = {first.first, first.second, second.first, second.second};
-            out.gap_after = contact.gap + contact.normal.dot(upper - start.upper - lower_shift);
+            const double gap_after = contact.gap + contact.normal.dot(upper - start.upper - lower_shift);
             out.friction = contact.friction;
-            out.spring = spring_energy(cached, out.gap_after);
+            out.spring = spring_energy(cached, gap_after);
             const double along = cached ? contact.normal.dot(cached->force) : 0;
             if (along > 0) {
                 out.impulse = along * task.dt;

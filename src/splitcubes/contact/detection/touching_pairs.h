@@ -29,19 +29,19 @@ struct HitTask {
 
 /// Motion of a piece in a step.
 struct PieceInStep {
-    double mass = 0;                       // kg
-    Twist before, solved, after;           // solved: after the step; after: with impulses, too
-    Vec3 start = Vec3::Zero();             // m, centre of mass before the step
-    Vec3 centre = Vec3::Zero();            // m, centre of mass after the step
-    Mat3 inertia = Mat3::Zero();           // kg m^2, after the step
-    Mat3 inverse_inertia = Mat3::Zero();   // 1/(kg m^2)
-    double energy_before = 0, energy = 0;  // J, kinetic, elastic and potential
-    double elastic = 0;                    // J, after the step
-    double inner = 0;                      // J, kinetic energy beside that of the rigid motion
-    double damped = 0;                     // J, to be taken from it
-    bool left_out = false;                 // held, pulled by a handle or rigid
-    bool supported = false;                // touched something in the last step
-    bool pushed = false;                   // by an impulse
+    double mass = 0;                         // kg
+    Twist before, solved, after;             // solved: after the step; after: with impulses, too
+    Vec3 start = Vec3::Zero();               // m, centre of mass before the step
+    Vec3 centre = Vec3::Zero();              // m, centre of mass after the step
+    Mat3 inertia = Mat3::Zero();             // kg m^2, after the step
+    Mat3 inverse_inertia = Mat3::Zero();     // 1/(kg m^2)
+    double energy_before = 0, energy = 0;    // J, kinetic, elastic and potential
+    double elastic_before = 0, elastic = 0;  // J
+    double inner = 0;                        // J, kinetic energy beside that of the rigid motion
+    double damped = 0;                       // J, to be taken from it
+    bool left_out = false;                   // held, pulled by a handle or rigid
+    bool supported = false;                  // touched something in the last step
+    bool pushed = false;                     // by an impulse
 };
 
 /// What the contacts of a pair did in a step. Sums are weighted by impulse.
@@ -51,8 +51,7 @@ struct PairInStep {
     Vec3 normal = Vec3::Zero();                                   // N s, on the first side
     Vec3 point = Vec3::Zero();                                    // N m s, world, where the impulse acts
     Vec3 surface = Vec3::Zero();                                  // N m, velocity of the collider
-    double gap_before = std::numeric_limits<double>::infinity();  // m, smallest of those that push
-    double gap_after = std::numeric_limits<double>::infinity();   // m, smallest
+    double gap_before = std::numeric_limits<double>::infinity();  // m, smallest of contacts that push
     double friction = 0;                                          // Coulomb coefficient
     double spring = 0;                                            // J, in contact springs after the step
     double work = 0;      // J, by colliders and pieces that are left out, on the others

@@ -248,12 +248,20 @@ inline constexpr double resting_share = 1e-3;
 /// Share of the approach speed, 0 to 0.1, below which the sides no longer approach. Larger cuts the approach
 /// short; smaller waits for what the solve leaves.
 inline constexpr double turned_share = 0.02;
+/// Share of the approach speed, turned_share to 0.5, with which sides may still approach when their contacts
+/// end, so that they rebound. Larger throws back what slides off an edge; smaller misses hits of stiff bodies
+/// of which a solve leaves a rest.
+inline constexpr double stopped_share = 0.25;
 /// Share of the approach speed, 0 to 0.01, by which the speed of parting grows in a step while strain pushes.
 /// Larger gives the impulse while it still does; smaller waits where it hardly does.
 inline constexpr double rising_share = 0.002;
 /// Share of the energy of the rebound, 0 to 0.5. Where the strain has less, the impulse is given at once.
 /// Larger ends hits sooner than their strain does; smaller lets stiff bodies stay for another step.
 inline constexpr double weak_share = 0.1;
+/// Spacings, 0 to 2: offset of a hit on a collider from the centre of mass that counts as none. Contacts are
+/// about a spacing apart. Larger leaves hits off the centre without spin; smaller turns what a solve leaves
+/// into spin.
+inline constexpr double blur_share = 1;
 /// Share of the wanted speed, 0.1 to 0.9, below which an impulse had too little energy.
 inline constexpr double moving_share = 0.5;
 /// Steps, 1 to 10, that a hit stays without anything that pushes its sides apart. More wait for energy that
