@@ -125,6 +125,8 @@ TEST(Misuse, SimulationSettings) {
     make([](SimulationSettings& s) { s.gravity.z = nan; });
     make([](SimulationSettings& s) { s.ground = Ground{.normal = {0, 0, 0}}; });
     make([](SimulationSettings& s) { s.ground = Ground{.friction = -1}; });
+    make([](SimulationSettings& s) { s.contact.restitution = 1.01; });
+    make([](SimulationSettings& s) { s.contact.restitution = nan; });
     make([](SimulationSettings& s) { s.thread_count = -1; });
     make([](SimulationSettings& s) { s.solver.max_iterations = 0; });
     make([](SimulationSettings& s) { s.history.disk_folder = "/no/such/folder"; });

@@ -124,6 +124,10 @@ TEST(Settings, WrongOnesAreRefusedAndChangeNothing) {
     settings.ground_friction = 0.5;  // there is no ground
     EXPECT_EQ(kind_of_error([&] { h.simulation.set_step_settings(settings); }),
               static_cast<int>(ErrorKind::invalid_argument));
+    settings = h.simulation.step_settings();
+    settings.restitution = -0.1;
+    EXPECT_EQ(kind_of_error([&] { h.simulation.set_step_settings(settings); }),
+              static_cast<int>(ErrorKind::invalid_argument));
     EXPECT_EQ(kind_of_error([&] { h.simulation.set_tearing(h.block, TearingSettings{.strength = -1}); }),
               static_cast<int>(ErrorKind::invalid_argument));
     EXPECT_EQ(h.simulation.state_hash(), before);

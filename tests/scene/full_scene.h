@@ -15,7 +15,7 @@ inline constexpr const char* full_scene = R"json({
      "relative_to": {"region": {"sphere": {"center": [0, 0, 0], "radius": 0.4}}, "body": "b"},
      "start_when": {"time": 0.25}, "end_when": {"body": "b", "ended": "t5"}}
   ],
-  "contact": {"pieces": true, "friction": 0.2},
+  "contact": {"pieces": true, "friction": 0.2, "restitution": 0.7},
   "handles": [
     {"name": "h1", "body": "a", "region": {"sphere": {"center": [0, 0, 0], "radius": 0.2}},
      "keyframes": [{"time": 0.5, "position": [0, 0, 1]}], "pivot": [0, 0, 1], "stiffness": 500, "force_limit": 3,

@@ -156,6 +156,7 @@ TEST(ParseScene, reads_every_field) {
     EXPECT_EQ(s.tools[1].motion, Motion(circle));
     EXPECT_EQ(s.tools[1].active_from, 0.2);
     EXPECT_EQ(s.tools[1].active_until, 1.2);
+    EXPECT_EQ(s.contact, (ContactDescription{true, 0.2, 0.7}));
     EXPECT_EQ(s.solver,
               (SolverDescription{SolverKind::explicit_steps, Integrator::backward_euler, 1e-4, 50}));
     EXPECT_EQ(s.occlusion, (OcclusionDescription{"cpu", 32, occlusion::CriterionKind::transparency}));
@@ -335,6 +336,8 @@ TEST(Overrides, errors_name_the_option) {
         {"frames", "--set frames: has no '='"},
         {"=3", "--set =3: the path is empty"},
         {"frames=-1", "--set frames=-1: frames is -1, which is out of range"},
+        {"contact.restitution=1.2",
+         "--set contact.restitution=1.2: contact.restitution is 1.2, which is out of range"},
         {"frames=1x", "--set frames=1x: frames is \"1x\", a text; give a whole number from 1"},
         {"frames=", "--set frames=: there is no JSON value"},
         {"frames=duck", "--set frames=duck: frames is \"duck\", a text"},

@@ -24,7 +24,7 @@ namespace {
 SimulationSettings simulation_settings(const scene::SceneDescription& d, const EngineSettings& settings) {
     SimulationSettings out{.time_step = d.time_step, .gravity = to_public(d.gravity)};
     if (d.ground) out.ground = Ground{.offset = d.ground->height, .friction = d.ground->friction};
-    out.contact = {d.contact.pieces, d.contact.friction};
+    out.contact = {d.contact.pieces, d.contact.friction, d.contact.restitution};
     out.solver.explicit_steps = d.solver.kind == scene::SolverKind::explicit_steps;
     out.solver.integrator = static_cast<Integrator>(d.solver.integrator);
     out.solver.tolerance = d.solver.tolerance;

@@ -26,6 +26,9 @@ struct Ground {
 struct ContactSettings {
     bool pieces = true;     ///< pieces and bodies push on each other, and cut faces on theirs
     double friction = 0.5;  ///< between them, Coulomb coefficient, >= 0
+    /// Coefficient of restitution, 0 to 1: the speed at which two things part after a hit, over that at which
+    /// they met, also of hits on colliders and the ground. None: as the solver leaves it.
+    std::optional<double> restitution = {};
 };
 
 /// Integrators of implicit steps.
@@ -97,6 +100,7 @@ struct StepSettings {
     Vector3 gravity{0, 0, -9.81};                ///< m/s^2
     std::optional<double> ground_friction = {};  ///< Coulomb coefficient, >= 0; none: there is no ground
     double contact_friction = 0.5;               ///< between pieces and bodies, Coulomb coefficient, >= 0
+    std::optional<double> restitution = {};      ///< of hits, 0 to 1; none: as the solver leaves them
 };
 
 /// A soft body.

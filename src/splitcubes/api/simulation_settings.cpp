@@ -30,7 +30,8 @@ auto edit_of(BodyId body, const Edit& edit) {
 StepSettings Simulation::step_settings() const {
     return impl().read([](const Session& s) {
         const body::WorldSettings& now = s.world().settings();
-        StepSettings out{now.time_step, public_vector(now.gravity), {}, now.contact.friction};
+        StepSettings out{
+            now.time_step, public_vector(now.gravity), {}, now.contact.friction, now.contact.restitution};
         if (now.ground) out.ground_friction = now.ground->friction;
         return out;
     });

@@ -40,7 +40,10 @@ HitTask World::hit_task(std::span<const BodyView> views) const {
 }
 
 void World::begin_hits(std::span<const BodyView> views) {
-    if (settings_.contact.restitution) restitution_->begin(hit_task(views), *parallel_);
+    if (settings_.contact.restitution)
+        restitution_->begin(hit_task(views), *parallel_);
+    else
+        restitution_->clear();
 }
 
 void World::finish_hits(StepReport& report) {

@@ -39,6 +39,11 @@ void require_at_least_zero(double value, const std::string& where) {
         throw InputError(where, "must be finite and not below zero (" + number_text(value) + ")");
 }
 
+void require_coefficient(const std::optional<double>& value, const std::string& where) {
+    if (value && !(*value >= 0 && *value <= 1))
+        throw InputError(where, "is not between 0 and 1 (" + number_text(*value) + ")");
+}
+
 void require_above_zero(double value, const std::string& where) {
     if (!(value > 0 && value <= tuning::input::max_setting))
         throw InputError(where, "must be finite and above zero (" + number_text(value) + ")");
@@ -188,6 +193,7 @@ std::optional<body::TearSettings> tear_settings_of(const std::optional<TearingSe
 void change_step_settings(body::WorldSettings& s, const StepSettings& wanted, std::int64_t steps) {
     require_above_zero(wanted.time_step, "step settings, time step");
     require_at_least_zero(wanted.contact_friction, "step settings, contact friction");
+    require_coefficient(wanted.restitution, "step settings, restitution");
     if (wanted.ground_friction.has_value() != s.ground.has_value())
         throw InputError("step settings, ground friction",
                          s.ground ? "is missing, and there is a ground" : "is given, and there is no ground",
@@ -198,6 +204,7 @@ void change_step_settings(body::WorldSettings& s, const StepSettings& wanted, st
     }
     s.gravity = vector_of(wanted.gravity, "step settings, gravity");
     s.contact.friction = wanted.contact_friction;
+    s.contact.restitution = wanted.restitution;
     s.start_time += static_cast<double>(steps) * (s.time_step - wanted.time_step);
     s.time_step = wanted.time_step;
 }
@@ -223,6 +230,7 @@ std::function<bool(const Vec3& rest)> region_of(const Region& region, const std:
 body::WorldSettings world_settings_of(const SimulationSettings& s) {
     require_above_zero(s.time_step, "simulation, time step");
     require_at_least_zero(s.contact.friction, "simulation, contact friction");
+    require_coefficient(s.contact.restitution, "simulation, restitution");
     require_above_zero(s.solver.tolerance, "simulation, solver tolerance");
     if (s.solver.max_iterations < 1)
         throw InputError("simulation, solver iterations",
@@ -242,6 +250,7 @@ body::WorldSettings world_settings_of(const SimulationSettings& s) {
     }
     out.contact.pieces = s.contact.pieces;
     out.contact.friction = s.contact.friction;
+    out.contact.restitution = s.contact.restitution;
     if (s.solver.explicit_steps) out.solver.kind = meshless::SolverKind::explicit_steps;
     switch (s.solver.integrator) {
         case Integrator::bdf2:

@@ -7,6 +7,7 @@
 #include <splitcubes/io/read_mesh.h>
 #include <splitcubes/world/world.h>
 
+#include <optional>
 #include <string>
 
 namespace splitcubes::api {
@@ -33,6 +34,8 @@ std::optional<body::TearSettings> tear_settings_of(const std::optional<TearingSe
                                                    const std::optional<body::TearSettings>& present);
 void change_step_settings(body::WorldSettings& settings, const StepSettings& wanted, std::int64_t steps);
 void require_at_least_zero(double value, const std::string& where);
+/// Throws InputError unless a coefficient, if there is one, is between 0 and 1.
+void require_coefficient(const std::optional<double>& value, const std::string& where);
 void require_above_zero(double value, const std::string& where);
 
 }  // namespace splitcubes::api

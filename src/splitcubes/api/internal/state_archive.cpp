@@ -337,6 +337,14 @@ void world_settings(A& a, body::WorldSettings& s) {
     flag(a, has_ground);
     flag(a, is_explicit);
     flag(a, s.contact.pieces);
+    bool has_restitution = s.contact.restitution.has_value();
+    flag(a, has_restitution);
+    if (has_restitution) {
+        double coefficient = s.contact.restitution.value_or(0);
+        a.number(coefficient);
+        require_state(coefficient >= 0 && coefficient <= 1, "a setting out of range");
+        s.contact.restitution = coefficient;
+    }
     a.number(s.solver.max_iterations);
     require_state(s.solver.max_iterations >= 1, "a setting out of range");
     if (A::loads && is_explicit) s.solver.kind = meshless::SolverKind::explicit_steps;

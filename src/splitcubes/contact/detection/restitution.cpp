@@ -83,6 +83,7 @@ void Restitution::match(const HitTask& task) {
         step_.add_loss(hit.pair, hit.spring - spring);
         next_.push_back(hit);
         next_.back().spring = spring;
+        add_depth(task, next_.back());
         pair_of_.push_back(pair);
     };
     std::size_t at = 0;
@@ -99,7 +100,6 @@ void Restitution::match(const HitTask& task) {
             add_contacts(pair, hit);
         }
         keep(hit, &pair);
-        add_depth(task, next_.back());
     }
     for (; at < hits_.size(); ++at)
         if (!is_out(hits_[at].pair)) keep(hits_[at], nullptr);
@@ -128,7 +128,7 @@ void Restitution::meet(const HitTask& task, const PairInStep& pair, Hit& hit) co
     }
     Hit first = next;
     add_contacts(pair, first);
-    const double gap = std::max(0.0, pair.gap_before);
+    const double gap = std::max(0.0, pair.gap);
     next.depth = -gap;
     next.spring = hit.spring;
     first.fall = next.fall = -2 * gap * first.unit_normal().dot(fall);

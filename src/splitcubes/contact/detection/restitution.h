@@ -43,6 +43,8 @@ class Restitution {
         Vec3 angular_momentum = Vec3::Zero();  // kg m^2/s, about the origin
     };
 
+    /// Ends all hits.
+    void clear() { hits_.clear(); }
     /// Records the state of the pieces. To be called immediately before the bodies are stepped, with the
     /// contacts of the last step.
     void begin(const HitTask& task, const Parallel& parallel);

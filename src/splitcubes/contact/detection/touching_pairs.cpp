@@ -27,10 +27,9 @@ Vec3 point_of_side(const HitTask& task, const ContactIsland& island, const Conta
 
 // Returns the energy of a contact spring at a gap, J. Its force may be more than that of the overlap: what
 // pushes a hit back is not stored.
-double spring_energy(const CachedContact* cached, double gap) {
-    if (!cached) return 0;
-    const double overlap = std::max(0.0, cached->rest_gap - gap);
-    return 0.5 * cached->stiffness * (overlap * overlap + cached->tangential_displacement.squaredNorm());
+double spring_energy(const CachedContact& cached, double gap) {
+    const double overlap = std::max(0.0, cached.rest_gap - gap);
+    return 0.5 * cached.stiffness * (overlap * overlap + cached.tangential_displacement.squaredNorm());
 }
 
 std::pair<std::uint32_t, std::uint32_t> body_and_piece(const HitTask& task, const ContactIsland& island,
@@ -49,7 +48,7 @@ void merge(PairInStep& sum, const PairInStep& other) {
     sum.normal += other.normal;
     sum.point += other.point;
     sum.surface += other.surface;
-    sum.gap_before = std::min(sum.gap_before, other.gap_before);
+    sum.gap = std::min(sum.gap, other.gap);
     sum.friction = std::max(sum.friction, other.friction);
     sum.spring += other.spring;
     sum.work += other.work;
@@ -159,48 +158,51 @@ void TouchingPairs::finish(const HitTask& task, const Parallel& parallel) {
     sum_losses();
 }
 
+// Returns what a contact did in the step. cached: nothing if it did not push.
+PairInStep TouchingPairs::pair_of(const HitTask& task, const ContactIsland& island, const Contact& contact,
+                                  const CachedContact* cached, const Start& start) const {
+    const bool on_collider = contact.lower.is_collider();
+    const Vec3 upper = point_of_side(task, island, contact.upper);
+    const Vec3 lower = point_of_side(task, island, contact.lower);
+    const Vec3 shift = on_collider ? contact.surface_displacement : Vec3(lower - start.lower);
+    auto first = body_and_piece(task, island, contact.upper);
+    auto second = on_collider ? std::pair{HitPair::collider, collider_of(contact)}
+                              : body_and_piece(task, island, contact.lower);
+    const bool is_swapped = second < first;
+    if (is_swapped) std::swap(first, second);
+    PairInStep out;
+    out.pair = {first.first, first.second, second.first, second.second};
+    out.friction = contact.friction;
+    if (!cached) return out;
+    out.spring = spring_energy(*cached, contact.gap + contact.normal.dot(upper - start.upper - shift));
+    const auto is_out = [&](std::size_t side) {
+        const std::size_t index = slot(out.pair, side);
+        return index == no_slot || pieces_[index].left_out;
+    };
+    const std::size_t upper_side = is_swapped ? 1 : 0;
+    if (is_out(1 - upper_side)) out.work += cached->force.dot(shift);
+    if (is_out(upper_side)) out.work -= cached->force.dot(upper - start.upper);
+    const double force = contact.normal.dot(cached->force);
+    if (!(force > 0)) return out;
+    out.impulse = force * task.dt;
+    out.normal = (is_swapped ? -out.impulse : out.impulse) * contact.normal;
+    out.point = out.impulse * (on_collider ? upper : Vec3(0.5 * (upper + lower)));
+    if (on_collider) out.surface = out.impulse / task.dt * shift;
+    out.gap = contact.gap;
+    out.pushes = cached->normal_force > 0;
+    return out;
+}
+
 void TouchingPairs::list_pairs(const HitTask& task) {
     pairs_.clear();
     meshless::CachedContactFinder finder(&task.contacts);
-    std::size_t at = 0;
+    auto start = starts_.begin();
     for (const ContactIsland& island : task.islands)
         for (const Contact& contact : island.contacts) {
-            const Start& start = starts_[at++];
-            const CachedContact* const cached = finder.find(contact.key);
-            const Vec3 upper = point_of_side(task, island, contact.upper);
-            const Vec3 lower = point_of_side(task, island, contact.lower);
-            const bool on_collider = contact.lower.is_collider();
-            const Vec3 lower_shift = on_collider ? contact.surface_displacement : Vec3(lower - start.lower);
-            auto first = body_and_piece(task, island, contact.upper);
-            auto second = on_collider ? std::pair{HitPair::collider, collider_of(contact)}
-                                      : body_and_piece(task, island, contact.lower);
-            const bool swapped = second < first;
-            if (first == second) continue;
-            if (swapped) std::swap(first, second);
-            PairInStep out;
-            out.pair = {first.first, first.second, second.first, second.second};
-            const double gap_after = contact.gap + contact.normal.dot(upper - start.upper - lower_shift);
-            out.friction = contact.friction;
-            out.spring = spring_energy(cached, gap_after);
-            const double along = cached ? contact.normal.dot(cached->force) : 0;
-            if (along > 0) {
-                out.impulse = along * task.dt;
-                out.normal = (swapped ? -out.impulse : out.impulse) * contact.normal;
-                out.point = out.impulse * (on_collider ? upper : Vec3(0.5 * (upper + lower)));
-                if (on_collider) out.surface = out.impulse / task.dt * lower_shift;
-                out.gap_before = contact.gap;
-                out.pushes = cached->normal_force > 0;
-            }
-            if (cached) {
-                const auto is_out = [&](std::size_t side) {
-                    const std::size_t index = slot(out.pair, side);
-                    return index == no_slot || pieces_[index].left_out;
-                };
-                const std::size_t upper_side = swapped ? 1 : 0;
-                if (is_out(1 - upper_side)) out.work += cached->force.dot(lower_shift);
-                if (is_out(upper_side)) out.work -= cached->force.dot(upper - start.upper);
-            }
-            pairs_.push_back(out);
+            const PairInStep pair = pair_of(task, island, contact, finder.find(contact.key), *start++);
+            const bool is_one_piece =
+                pair.pair.body == pair.pair.other_body && pair.pair.piece == pair.pair.other;
+            if (!is_one_piece) pairs_.push_back(pair);
         }
     std::stable_sort(pairs_.begin(), pairs_.end(),
                      [](const PairInStep& a, const PairInStep& b) { return a.pair < b.pair; });

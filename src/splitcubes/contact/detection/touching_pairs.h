@@ -47,13 +47,13 @@ struct PieceInStep {
 /// What the contacts of a pair did in a step. Sums are weighted by impulse.
 struct PairInStep {
     HitPair pair;
-    double impulse = 0;                                           // N s, along the normals
-    Vec3 normal = Vec3::Zero();                                   // N s, on the first side
-    Vec3 point = Vec3::Zero();                                    // N m s, world, where the impulse acts
-    Vec3 surface = Vec3::Zero();                                  // N m, velocity of the collider
-    double gap_before = std::numeric_limits<double>::infinity();  // m, smallest of contacts that push
-    double friction = 0;                                          // Coulomb coefficient
-    double spring = 0;                                            // J, in contact springs after the step
+    double impulse = 0;                                    // N s, along the normals
+    Vec3 normal = Vec3::Zero();                            // N s, on the first side
+    Vec3 point = Vec3::Zero();                             // N m s, world, where the impulse acts
+    Vec3 surface = Vec3::Zero();                           // N m, velocity of the collider
+    double gap = std::numeric_limits<double>::infinity();  // m, smallest of contacts that push
+    double friction = 0;                                   // Coulomb coefficient
+    double spring = 0;                                     // J, in contact springs after the step
     double work = 0;      // J, by colliders and pieces that are left out, on the others
     bool pushes = false;  // at the end of the step
 };
@@ -101,6 +101,8 @@ class TouchingPairs {
     void add_energies(const HitTask& task, bool before);
     void read_motions(const HitTask& task, bool before, const Parallel& parallel);
     void leave_out_held(const HitTask& task);
+    PairInStep pair_of(const HitTask& task, const ContactIsland& island, const meshless::Contact& contact,
+                       const meshless::CachedContact* cached, const Start& start) const;
     void list_pairs(const HitTask& task);
     void sum_losses();
 
