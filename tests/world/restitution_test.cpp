@@ -26,7 +26,7 @@ namespace {
 using fixtures::at;
 using fixtures::rubber;
 
-std::shared_ptr<const Parallel> threads(int count = 1) {
+std::shared_ptr<const Parallel> with_threads(int count = 1) {
     return std::make_shared<const Parallel>(count);
 }
 
@@ -112,7 +112,7 @@ double energy_of(const World& world, const StepReport& report) {
 Rebound throw_ball(const Throw& given) {
     WorldSettings settings = settings_with(given.restitution, given.time_step);
     settings.solver.kind = given.kind;
-    World world(settings, threads());
+    World world(settings, with_threads());
     world.add_collider({"solid", solid_of(given.solid), {}, given.friction});
     BodySettings ball = rubber(0.4 * given.radius, given.youngs_modulus, given.damping);
     ball.velocity = Vec3(given.sideways, 0, -given.speed);
@@ -187,7 +187,7 @@ TEST(Restitution, InelasticHitsLeaveTheBallWhereItFell) {
         WorldSettings settings = settings_with(0, given.time_step);
         settings.solver.kind = given.kind;
         settings.ground = meshless::GroundPlane{};
-        World world(settings, threads());
+        World world(settings, with_threads());
         BodySettings ball = rubber(0.4 * given.radius, given.youngs_modulus, given.damping);
         ball.velocity = Vec3(0, 0, -given.speed);
         Body& body =
@@ -231,7 +231,7 @@ TEST(Restitution, PiecesPartByTheCoefficientAndKeepTheirMomenta) {
         settings.gravity = Vec3::Zero();
         settings.contact.friction = 0;
         settings.solver.kind = kinds[draw % 2];
-        World world(settings, threads());
+        World world(settings, with_threads());
         BodySettings thrown = rubber(0.4 * radius, std::pow(10, random.uniform(5, 7)), 0);
         const BodySettings still = rubber(0.4 * other_radius, std::pow(10, random.uniform(5, 7)), 0);
         thrown.velocity = Vec3(0, 0, -speed);
@@ -274,7 +274,7 @@ TEST(Restitution, BouncesEnd) {
             WorldSettings settings = settings_with(coefficient, 1.0 / 240);
             settings.solver.kind = kind;
             settings.ground = meshless::GroundPlane{Vec3::UnitZ(), 0, 0.5};
-            World world(settings, threads());
+            World world(settings, with_threads());
             // Coarse balls roll away; a fine one takes an explicit step many substeps.
             const double spacing = kind == SolverKind::explicit_steps ? 0.02 : 0.0125;
             Body& body =
@@ -311,7 +311,7 @@ TEST(Restitution, BodiesThatRestStayAtRest) {
                 settings.contact.restitution = coefficient;
                 settings.solver.kind = kind;
                 settings.ground = meshless::GroundPlane{Vec3::UnitZ(), 0, 0.5};
-                World world(settings, threads());
+                World world(settings, with_threads());
                 world.add_body(fixtures::box_at(Vec3(0.1, 0.1, 0.06), Vec3(0, 0, 0.03)), rubber(0.02, 2e5));
                 world.add_body(fixtures::box_at(Vec3(0.06, 0.06, 0.06), Vec3(0, 0, 0.09)), rubber(0.02, 2e5));
                 StepReport report;
@@ -329,7 +329,7 @@ TEST(Restitution, ABoxThatFallsOnAFaceRebounds) {
         WorldSettings settings = settings_with(0.6, 1.0 / 120);
         settings.solver.kind = kind;
         settings.ground = meshless::GroundPlane{Vec3::UnitZ(), 0, 0.5};
-        World world(settings, threads());
+        World world(settings, with_threads());
         Body& body =
             world.add_body(fixtures::box_at(Vec3(0.12, 0.12, 0.08), Vec3(0, 0, 0.24)), rubber(0.02, 1e6));
         double top = 0, last = 0;
@@ -352,7 +352,7 @@ TEST(Restitution, HalvesThatFallTogetherComeToRest) {
         WorldSettings settings = settings_with(0.5, 1.0 / 120);
         settings.solver.kind = kind;
         settings.ground = meshless::GroundPlane{Vec3::UnitZ(), 0, 0.5};
-        World world(settings, threads());
+        World world(settings, with_threads());
         Body& body =
             world.add_body(fixtures::box_at(Vec3(0.12, 0.08, 0.08), Vec3(0, 0, 0.14)), rubber(0.016, 5e5));
         body.cut_with_sheet(geometry::make_plane_sheet(Vec3(0.01, 0, 0.14), Vec3(1, 0.2, 0.4), 0.2), 0,
@@ -374,7 +374,7 @@ std::unique_ptr<World> juggled(SolverKind kind, int thread_count) {
     WorldSettings settings = settings_with(0.7, 1.0 / 100);
     settings.solver.kind = kind;
     settings.ground = meshless::GroundPlane{Vec3::UnitZ(), 0, 0.5};
-    auto world = std::make_unique<World>(settings, threads(thread_count));
+    auto world = std::make_unique<World>(settings, with_threads(thread_count));
     Collider paddle;
     paddle.solid = geometry::make_box_distance(Vec3(0.2, 0.2, 0.02), 0.002);
     paddle.motion = [](double time) {
