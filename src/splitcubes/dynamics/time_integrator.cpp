@@ -1,3 +1,4 @@
+#include <splitcubes/dynamics/rigid_step.h>
 #include <splitcubes/dynamics/time_integrator.h>
 #include <splitcubes/dynamics/tuning.h>
 
@@ -6,6 +7,13 @@
 #include <cmath>
 
 namespace splitcubes::meshless {
+
+StepInput TimeIntegrator::begin(Phyxels& phyxels, const Material& material, const StepInput& input) {
+    if (phyxels.rigid.empty()) return input;
+    check_step_input(phyxels, input);
+    step_rigid(phyxels, input, material.mass_damping);
+    return hold_rigid(phyxels, input);
+}
 
 SolverReport TimeIntegrator::step_elastic(Phyxels& phyxels, const Neighbourhoods& neighbourhoods,
                                           const Material& material, const StepInput& input,

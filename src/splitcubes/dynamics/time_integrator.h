@@ -4,7 +4,6 @@
 #include <splitcubes/dynamics/energy_guard.h>
 #include <splitcubes/dynamics/explicit_solver.h>
 #include <splitcubes/dynamics/implicit/implicit_solver.h>
-#include <splitcubes/dynamics/rigid_step.h>
 
 namespace splitcubes::meshless {
 
@@ -25,12 +24,7 @@ class TimeIntegrator {
     /// begin and end are what step does around the elastic solver. begin moves the rigid pieces and returns
     /// the input of the elastic solver (it refers to this object); end updates the phyxels of the rigid
     /// pieces.
-    StepInput begin(Phyxels& phyxels, const Material& material, const StepInput& input) {
-        if (phyxels.rigid.empty()) return input;
-        check_step_input(phyxels, input);
-        step_rigid(phyxels, input, material.mass_damping);
-        return hold_rigid(phyxels, input);
-    }
+    StepInput begin(Phyxels& phyxels, const Material& material, const StepInput& input);
     void end(Phyxels& phyxels, SolverReport& report) const {
         if (phyxels.rigid.empty()) return;
         write_phyxels(phyxels);

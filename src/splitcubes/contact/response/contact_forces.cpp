@@ -229,7 +229,7 @@ void ContactForces::begin(const ContactInput& input, std::span<const Part> parts
 void ContactForces::make_springs(ConstField guess, double weight, const Parallel& parallel) {
     handle_springs_.clear();
     pushing_ = 0;
-    revising_ = {tuning::contact::least_weight_share * weight, 0};
+    least_total_ = tuning::contact::least_weight_share * weight;
     listed_ = same_rows_ = false;
     rows_.resize(input_.contacts.size());
     const auto make = [&](std::size_t begin, std::size_t end) {
@@ -439,18 +439,15 @@ ContactForces::ForceSums ContactForces::revise_rows(ConstField position, bool ke
         for (std::size_t r = begin; r < end; ++r) sum += revise_row(r, position, keep_offsets);
         return sum;
     });
-    sums.total = std::max(sums.total, revising_.least_total);
+    sums.total = std::max(sums.total, least_total_);
     return sums;
 }
 
 bool ContactForces::revise(ConstField position, Field change, const Parallel& parallel) {
     revisions_.resize(rows_.size());
     ForceSums sums = revise_rows(position, true, parallel);
-    if (sums.deviation < tuning::contact::settled_share * sums.total &&
-        revising_.offset_changes < tuning::contact::max_offset_changes) {
+    if (sums.deviation < tuning::contact::settled_share * sums.total)
         sums = revise_rows(position, false, parallel);
-        ++revising_.offset_changes;
-    }
     handle_stiffness_before_.clear();
     for (const HandleRow& s : handle_springs_) handle_stiffness_before_.push_back(s.stiffness);
     const bool handle_springs = !handle_springs_.empty() && revise_handle_springs(position);

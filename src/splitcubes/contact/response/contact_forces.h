@@ -189,12 +189,7 @@ class ContactForces {
     void apply_revision(std::size_t r);
     void apply_revisions(ConstField position, Field change, const Parallel& parallel);
     std::vector<Revision> revisions_;
-    /// State of the revisions of a step.
-    struct Revising {
-        double least_total = 0;  // N, forces are compared with no less than that
-        int offset_changes = 0;  // revisions that changed offsets
-    };
-    Revising revising_;
+    double least_total_ = 0;  // N, forces are compared with no less than that
     /// Motion along which a solve may be shortened.
     struct Search {
         std::vector<Vec3> start, change;  // m, per row: displacement where it begins, and along it

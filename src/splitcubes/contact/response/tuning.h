@@ -43,9 +43,6 @@ inline constexpr double least_weight_share = 0.1;
 /// Share of the summed contact force that may violate the laws while offsets of impacts change, force_slack
 /// to 1. Larger moves what a solve aims at before the set of contacts is known; smaller costs solves.
 inline constexpr double settled_share = 0.3;
-/// Maximum number of revisions of a step that change offsets, 2 to 8. More cost solves; fewer let hits sink
-/// in.
-inline constexpr int max_offset_changes = 4;
 /// Penetration in a step, in depenetrations, above which a hit on a collider is solved again with an offset;
 /// 0 to 1. Larger lets bodies sink in; smaller solves more often (docs/contact.md, hits).
 inline constexpr double impact_share_of_colliders = 0.02;

@@ -124,8 +124,8 @@ double ImplicitSolver::Group::best_share() {
         for (const std::uint32_t i : forces->touched(k)) s.vectors_.q[i] = s.system_.base[i] + s.kept_.d[i];
     });
     position_touched();
-    const std::vector<std::span<const Vec3>> from(matrix_product.begin(), matrix_product.end());
-    forces->begin_search(from, position, jobs[0].parallel);
+    search_start.assign(matrix_product.begin(), matrix_product.end());
+    forces->begin_search(search_start, position, jobs[0].parallel);
     const auto power = [&](double t) {
         return (1 - t) * at_start + t * at_end + forces->excess_power(t, jobs[0].parallel);
     };

@@ -13,7 +13,7 @@ struct ImplicitSolver::Group {
     std::vector<ImplicitSolver*> solvers;
     std::vector<Job> jobs;
     ContactForces* forces = nullptr;
-    std::vector<std::span<const Vec3>> base, position;
+    std::vector<std::span<const Vec3>> base, position, search_start;
     std::vector<std::span<Vec3>> spring_force, matrix_product;
     std::vector<std::span<std::uint8_t>> touching;
     std::vector<std::span<const Vec3>> velocity, solution, direction;
