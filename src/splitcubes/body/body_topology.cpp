@@ -2,6 +2,7 @@
 #include <splitcubes/body/body.h>
 #include <splitcubes/body/step_context.h>
 #include <splitcubes/body/step_report.h>
+#include <splitcubes/body_samples/ligaments.h>
 #include <splitcubes/body_samples/resampling.h>
 #include <splitcubes/body_samples/rigid_outline.h>
 #include <splitcubes/body_samples/topology_change.h>
@@ -10,8 +11,19 @@
 
 #include <algorithm>
 #include <cassert>
+#include <numeric>
 
 namespace splitcubes::body {
+
+namespace {
+
+// Lists the pieces with gaps among those to resample.
+void resample_gaps(const meshless::Phyxels& phyxels, TopologyChange& change) {
+    for (const Gap& gap : change.gaps)
+        change.splits.push_back({phyxels.piece[gap.inside], phyxels.piece[gap.inside]});
+}
+
+}  // namespace
 
 void Body::retessellate(const Parallel& parallel, TopologyChange& change, StepReport& report) {
     const std::vector<std::uint32_t>& changed = surface_->retessellate(grid_, change.crossings);
@@ -48,6 +60,8 @@ void Body::update_visibility(const StepContext& context, TopologyChange& change,
 
 void Body::resample(const StepContext& context, TopologyChange& change, StepReport& report) {
     find_fast_fragments(context, change);
+    resample_gaps(samples_.phyxels, change);
+    if (!change.gaps.empty()) motion_->tracker().mark_pieces_changed();
     resample_splits(context, change, report);
     refresh_outlines(grid_, *surface_, *pieces_, change.cells, samples_.phyxels.rigid);
 }
@@ -88,10 +102,14 @@ void Body::resample_splits(const StepContext& context, TopologyChange& change, S
 // makes them rigid.
 void Body::sample_small_parts(const Parallel& parallel) {
     TopologyChange change;
+    std::vector<std::uint32_t> all(samples_.phyxels.size());
+    std::iota(all.begin(), all.end(), 0U);
+    bridge_ligaments(grid_, pieces_->count(), samples_, all, change);
+    resample_gaps(samples_.phyxels, change);
     for (const std::int32_t piece : samples_.coarse_parts(pieces_->count()))
         change.splits.push_back({piece, piece});
-    if (change.splits.empty()) return;
-    body::resample(sample_context(parallel), *surface_, motion_->tracker(), {}, samples_, change);
+    if (!change.splits.empty())
+        body::resample(sample_context(parallel), *surface_, motion_->tracker(), {}, samples_, change);
     update_links(parallel, change);
 }
 

@@ -1,4 +1,5 @@
 #include <splitcubes/body_samples/elastic_samples.h>
+#include <splitcubes/body_samples/ligaments.h>
 #include <splitcubes/body_samples/material_nodes.h>
 #include <splitcubes/body_samples/topology_change.h>
 #include <splitcubes/body_samples/tuning.h>
@@ -169,6 +170,14 @@ void ElasticSamples::append_links(const SampleContext& context, TopologyChange& 
     change.dirty_pairs.insert(change.dirty_pairs.end(), unknown.begin(), unknown.end());
     evaluate_pairs(context, unknown);
     neighbourhoods.append(phyxels, pairs, change.dirty_pairs, context.material, context.parallel);
+    change.dirty_pairs.clear();
+    std::vector<std::uint32_t> linked;
+    for (const Gap& gap : change.gaps) linked.insert(linked.end(), {gap.inside, gap.around});
+    for (std::size_t k = first; k < pairs.size(); ++k) linked.insert(linked.end(), {pairs.a[k], pairs.b[k]});
+    for (std::size_t i = known; i < phyxels.size(); ++i) linked.push_back(static_cast<std::uint32_t>(i));
+    bridge_ligaments(context.grid, context.pieces.count(), *this, linked, change);
+    if (!change.dirty_pairs.empty())
+        neighbourhoods.update(phyxels, pairs, change.dirty_pairs, context.material, context.parallel);
 }
 
 std::vector<std::int32_t> ElasticSamples::coarse_parts(std::size_t piece_count) const {

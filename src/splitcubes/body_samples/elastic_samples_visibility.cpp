@@ -109,7 +109,13 @@ ElasticSamples::VisibilityUpdate ElasticSamples::update_visibility(const SampleC
     // Visibility never grows, even if occluders shift within a cell that is cut again.
     for (std::size_t q = 0; q < queried.size(); ++q)
         pairs.visibility[queried[q]] = std::min(pairs.visibility[queried[q]], before[q]);
-    bridge_ligaments(context.grid, context.pieces.count(), *this, queried, change);
+    std::vector<std::uint32_t> unlinked;
+    for (std::size_t q = 0; q < queried.size(); ++q)
+        if (before[q] > 0 && !(pairs.visibility[queried[q]] > 0)) {
+            unlinked.push_back(pairs.a[queried[q]]);
+            unlinked.push_back(pairs.b[queried[q]]);
+        }
+    bridge_ligaments(context.grid, context.pieces.count(), *this, unlinked, change);
     for (std::size_t q = 0; q < queried.size(); ++q)
         if (pairs.visibility[queried[q]] != before[q]) change.dirty_pairs.push_back(queried[q]);
     return {separated, evaluated.size()};

@@ -51,7 +51,15 @@ class Resampler {
         Vec3 velocity = Vec3::Zero();        // m/s
         Mat3 plastic_strain = Mat3::Zero();  // rest space
         double weight = 0;
+
+        void divide() {
+            position /= weight;
+            jacobian /= weight;
+            velocity /= weight;
+            plastic_strain /= weight;
+        }
     };
+    void add_motion(std::uint32_t phyxel, const Vec3& rest, double weight, NodeState& sum) const;
     NodeState motion_of(std::uint32_t node, std::int32_t side) const;
     void add_sample(std::uint32_t node, std::int32_t piece);
     void add_samples(std::int32_t piece, std::span<const std::uint32_t> nodes, std::size_t wanted,
@@ -63,8 +71,14 @@ class Resampler {
     bool is_fast(std::int32_t piece) const {
         return std::binary_search(change_.fast_fragments.begin(), change_.fast_fragments.end(), piece);
     }
+    bool has_gap(std::int32_t piece) const {
+        return std::any_of(change_.gaps.begin(), change_.gaps.end(),
+                           [&](const Gap& gap) { return samples_.phyxels.piece[gap.inside] == piece; });
+    }
     void find_loose(std::span<const std::int32_t> family);
     void fill_pieces(std::span<const std::vector<std::uint32_t>> nodes, std::span<const Kind> kinds);
+    void move_with_links(std::size_t i);
+    void fill_gaps(std::span<const std::vector<std::uint32_t>> nodes, std::span<const Kind> kinds);
     std::vector<Kind> kinds_of(std::span<const std::vector<std::uint32_t>> nodes) const;
     void reset_small_strains(std::span<const Kind> kinds, std::size_t old_count);
     void reset_strain(std::span<const std::uint32_t> members);
@@ -85,6 +99,17 @@ class Resampler {
     std::vector<Vec3> extents_;                        // m, MaterialNodes::extents_of its nodes
     std::vector<std::uint8_t> is_loose_;  // 1: nothing acts on it, nor on the others of its family
 };
+
+// Adds the state of a point (m, rest space) as one phyxel moves it.
+void Resampler::add_motion(std::uint32_t phyxel, const Vec3& rest, double weight, NodeState& sum) const {
+    const meshless::Phyxels& phyxels = samples_.phyxels;
+    sum.weight += weight;
+    sum.position += weight * (phyxels.position[phyxel] +
+                              phyxels.deformation[phyxel] * (rest - phyxels.rest_position[phyxel]));
+    sum.jacobian += weight * phyxels.deformation[phyxel];
+    sum.velocity += weight * phyxels.velocity[phyxel];
+    sum.plastic_strain += weight * phyxels.plastic_strain[phyxel];
+}
 
 // Interpolates the state of a node from the phyxels as they were before the split. Phyxels that now belong to
 // piece `side` are preferred, since the others have separated from it; then the node's kernel, which respects
@@ -108,14 +133,7 @@ Resampler::NodeState Resampler::motion_of(std::uint32_t node, std::int32_t side)
         for (std::size_t k = 0; k < row.size(); ++k) {
             const std::uint32_t i = row[k];
             if (own_side && samples_.phyxels.piece[i] != side) continue;
-            const double weight = std::abs(weights[k]);
-            sum.weight += weight;
-            sum.position +=
-                weight * (samples_.phyxels.position[i] +
-                          samples_.phyxels.deformation[i] * (rest - samples_.phyxels.rest_position[i]));
-            sum.jacobian += weight * samples_.phyxels.deformation[i];
-            sum.velocity += weight * samples_.phyxels.velocity[i];
-            sum.plastic_strain += weight * samples_.phyxels.plastic_strain[i];
+            add_motion(i, rest, std::abs(weights[k]), sum);
         }
         return sum;
     };
@@ -125,10 +143,7 @@ Resampler::NodeState Resampler::motion_of(std::uint32_t node, std::int32_t side)
         if (!(sum.weight > 0)) sum = sum_over(lumped, lumped_weight, own_side);
     }
     if (!(sum.weight > 0)) return NodeState{context_.pose * rest, context_.pose.linear()};
-    sum.position /= sum.weight;
-    sum.jacobian /= sum.weight;
-    sum.velocity /= sum.weight;
-    sum.plastic_strain /= sum.weight;
+    sum.divide();
     return sum;
 }
 
@@ -345,6 +360,51 @@ void Resampler::fill_pieces(std::span<const std::vector<std::uint32_t>> nodes, s
     }
 }
 
+// Moves a new phyxel as its links do. The kernel of its node is that before the cut and may reach across it.
+void Resampler::move_with_links(std::size_t i) {
+    meshless::Phyxels& phyxels = samples_.phyxels;
+    const meshless::Neighbourhoods& links = samples_.neighbourhoods;
+    const auto sum_over = [&](int least_rank) {
+        NodeState sum;
+        for (std::uint32_t l = links.links_begin(i); l < links.links_end(i); ++l) {
+            const std::uint32_t j = links.neighbour()[l];
+            if (links.rank()[j] >= least_rank)
+                add_motion(j, phyxels.rest_position[i], links.weight()[l], sum);
+        }
+        return sum;
+    };
+    NodeState sum = sum_over(3);
+    if (!(sum.weight > 0)) sum = sum_over(0);
+    if (!(sum.weight > 0)) return;
+    sum.divide();
+    phyxels.position[i] = phyxels.previous_position[i] = sum.position;
+    phyxels.velocity[i] = phyxels.previous_velocity[i] = sum.velocity;
+    phyxels.deformation[i] = samples_.previous_deformation[i] = sum.jacobian;
+    phyxels.rotation[i] = rotation_of(sum.jacobian, phyxels.rotation[i]);
+    phyxels.plastic_strain[i] = sum.plastic_strain;
+}
+
+// Adds phyxels where parts of a piece are connected by so little material that no pair of phyxels reaches
+// across it.
+void Resampler::fill_gaps(std::span<const std::vector<std::uint32_t>> nodes, std::span<const Kind> kinds) {
+    for (int iteration = 0; iteration < tuning::resampling::gap_iterations && !change_.gaps.empty();
+         ++iteration) {
+        const std::size_t old_count = samples_.phyxels.size();
+        for (const Gap& gap : change_.gaps) {
+            const std::int32_t piece = samples_.phyxels.piece[gap.inside];
+            if (kinds[static_cast<std::size_t>(piece)] == Kind::rigid) continue;
+            const std::vector<std::uint32_t>& of_piece = nodes[static_cast<std::size_t>(piece)];
+            const auto found = std::find_if(of_piece.begin(), of_piece.end(), [&](std::uint32_t n) {
+                return context_.nodes.node[n] == gap.node;
+            });
+            if (found != of_piece.end()) add_sample(*found, piece);
+        }
+        if (samples_.phyxels.size() == old_count) return;
+        refresh_links(old_count);
+        for (std::size_t i = old_count; i < samples_.phyxels.size(); ++i) move_with_links(i);
+    }
+}
+
 // Whether a piece is a chain of phyxels: thin in two directions, with at least half of its neighbourhoods
 // rank-deficient.
 bool Resampler::is_chain(std::size_t piece) const {
@@ -499,11 +559,12 @@ void Resampler::run() {
             elastic_family[k] = -1;
     // Parts that had no phyxels have no momentum to conserve.
     for (const splitting::PieceSplit& split : change_.splits)
-        if (split.parent == split.piece && !is_fast(split.piece))
+        if (split.parent == split.piece && !is_fast(split.piece) && !has_gap(split.piece))
             elastic_family[static_cast<std::size_t>(split.piece)] = -1;
     const meshless::SplitMomentum split_momentum(samples_.phyxels, elastic_family, attachments_.held);
     find_loose(family);
     fill_pieces(nodes, kinds);
+    fill_gaps(nodes, kinds);
     for (std::size_t k = 0; k < nodes.size(); ++k)
         if ((kinds[k] == Kind::small || kinds[k] == Kind::large) && is_chain(k)) kinds[k] = Kind::rigid;
     make_rigid(nodes, kinds);

@@ -26,11 +26,11 @@ struct Attachments {
 };
 
 /// Gives each piece of the splits of this step enough phyxels to span space or makes it rigid. A split of a
-/// piece from itself stands for a part of the input without phyxels, or for one of change.fast_fragments,
-/// which become rigid. Mass is lumped again from the nodes; momenta are conserved. surface: after the split.
-/// tracker: its kernels are those before it. New phyxels ignore all holds and handles if none acts on a
-/// phyxel of the pieces that were one before the split: a hold does not catch what fell away from it. Sets
-/// change.new_phyxels, volumes_changed and dirty_pairs.
+/// piece from itself stands for a part of the input without phyxels, for one with gaps, which get phyxels, or
+/// for one of change.fast_fragments, which become rigid. Mass is lumped again from the nodes; momenta are
+/// conserved. surface: after the split. tracker: its kernels are those before it. New phyxels ignore all
+/// holds and handles if none acts on a phyxel of the pieces that were one before the split: a hold does not
+/// catch what fell away from it. Sets change.new_phyxels, volumes_changed and dirty_pairs.
 void resample(const SampleContext& context, const splitting::Surface& surface, const NodeTracker& tracker,
               const Attachments& attachments, ElasticSamples& samples, TopologyChange& change);
 

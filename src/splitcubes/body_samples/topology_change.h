@@ -2,6 +2,7 @@
 #pragma once
 
 #include <splitcubes/geometry/box.h>
+#include <splitcubes/math/types.h>
 #include <splitcubes/splitting/pieces.h>
 
 #include <cstddef>
@@ -9,6 +10,12 @@
 #include <vector>
 
 namespace splitcubes::body {
+
+/// Parts of a piece that no pair of phyxels could connect.
+struct Gap {
+    Vec3i node = Vec3i::Zero();            // inside node between them, where a phyxel is needed
+    std::uint32_t inside = 0, around = 0;  // a phyxel of the smaller part, and the nearest one of the rest
+};
 
 /// The stages of a step fill it in their order; each reads the fields that earlier stages wrote. After the
 /// step it lists what the step changed, until the next one begins.
@@ -21,7 +28,8 @@ struct TopologyChange {
     std::size_t new_phyxels = 0;                // resample: appended last
     bool volumes_changed = false;               // resample: of phyxels
     std::vector<std::uint32_t>
-        dirty_pairs;  // update_visibility, resample: their links are not up to date yet
+        dirty_pairs;        // update_visibility, resample: their links are not up to date yet
+    std::vector<Gap> gaps;  // update_visibility; resample fills them
 
     bool empty() const { return crossings.empty() && fast_fragments.empty(); }
     /// Keeps the capacity of the arrays.
@@ -34,6 +42,7 @@ struct TopologyChange {
         new_phyxels = 0;
         volumes_changed = false;
         dirty_pairs.clear();
+        gaps.clear();
     }
 };
 

@@ -58,8 +58,8 @@ inline constexpr double noise_strain = 1e-4;
 /// Visibility of a pair that bridges a ligament, above 0 and far below 1. Larger affects phyxels with other
 /// neighbours; a phyxel without others follows its bridges at any value.
 inline constexpr float bridge_visibility = 0.1F;
-/// Phyxels; a connected group of more is no ligament. Bounds the search.
-inline constexpr std::size_t max_ligament_size = 200;
+/// Iterations that add phyxels where no pair reaches across a ligament, 4 to 16: each halves the distance.
+inline constexpr int gap_iterations = 8;
 /// Grid edges by which a path through the material may be longer than the path without cuts, 0 to 6. Larger
 /// bridges phyxels around the end of a cut; smaller leaves ligaments loose.
 inline constexpr int max_bridge_detour = 2;
