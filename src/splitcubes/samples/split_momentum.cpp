@@ -1,6 +1,7 @@
 #include <splitcubes/samples/split_momentum.h>
 
 #include <algorithm>
+#include <cmath>
 
 namespace splitcubes::meshless {
 
@@ -8,6 +9,7 @@ SplitMomentum::SplitMomentum(const Phyxels& phyxels, std::vector<std::int32_t> f
                              std::span<const std::uint8_t> held)
     : family_(std::move(family)) {
     before_ = of_families(phyxels);
+    energy_ = energy_of_families(phyxels);
     moves_.resize(before_.size());
     for (std::size_t k = 0; k < before_.size(); ++k)
         moves_[k] = !before_[k].linear.isZero(0) || !before_[k].angular_momentum.isZero(0);
@@ -31,7 +33,68 @@ std::vector<Momenta> SplitMomentum::of_families(const Phyxels& phyxels) const {
     return out;
 }
 
+std::vector<double> SplitMomentum::energy_of_families(const Phyxels& phyxels) const {
+    std::vector<double> out(before_.size(), 0);
+    for (std::size_t i = 0; i < phyxels.size(); ++i) {
+        const std::int32_t family = family_of(phyxels.piece[i]);
+        if (family >= 0 && phyxels.rigid.index(phyxels.piece[i]) < 0)
+            out[static_cast<std::size_t>(family)] +=
+                0.5 * phyxels.mass[i] * phyxels.velocity[i].squaredNorm();
+    }
+    for (const RigidPiece& body : phyxels.rigid.bodies) {
+        const std::int32_t family = family_of(body.piece);
+        if (family >= 0) out[static_cast<std::size_t>(family)] += body.kinetic_energy();
+    }
+    return out;
+}
+
 void SplitMomentum::settle(Phyxels& phyxels) const {
+    restore_momenta(phyxels);
+    limit_energy(phyxels);
+}
+
+void SplitMomentum::limit_energy(Phyxels& phyxels) const {
+    struct Motion {
+        Vec3 centre, velocity, angular_velocity;  // m, m/s, rad/s
+        double share = 1;                         // that stays of the deviations from it
+    };
+    const std::vector<Momenta> now = of_families(phyxels);
+    const std::vector<double> energy = energy_of_families(phyxels);
+    std::vector<Motion> motions(now.size());
+    for (std::size_t k = 0; k < now.size(); ++k) {
+        if (!(now[k].mass > 0) || !(energy[k] > energy_[k])) continue;
+        Motion& motion = motions[k];
+        motion = {now[k].centre, now[k].linear / now[k].mass,
+                  angular_velocity(now[k].inertia, now[k].angular_momentum)};
+        const double rigid =
+            0.5 * (now[k].linear.dot(motion.velocity) + now[k].angular_momentum.dot(motion.angular_velocity));
+        const double deviating = energy[k] - rigid;
+        if (deviating > 0) motion.share = std::sqrt(std::clamp((energy_[k] - rigid) / deviating, 0.0, 1.0));
+    }
+    for (std::size_t i = 0; i < phyxels.size(); ++i) {
+        const std::int32_t family = family_of(phyxels.piece[i]);
+        if (family < 0 || phyxels.rigid.index(phyxels.piece[i]) >= 0) continue;
+        const Motion& motion = motions[static_cast<std::size_t>(family)];
+        if (motion.share == 1) continue;
+        const Vec3 rigid =
+            motion.velocity + motion.angular_velocity.cross(phyxels.position[i] - motion.centre);
+        phyxels.velocity[i] = rigid + motion.share * (phyxels.velocity[i] - rigid);
+    }
+    for (RigidPiece& body : phyxels.rigid.bodies) {
+        const std::int32_t family = family_of(body.piece);
+        if (family < 0) continue;
+        const Motion& motion = motions[static_cast<std::size_t>(family)];
+        if (motion.share == 1) continue;
+        const Vec3 momentum =
+            body.mass * (motion.velocity + motion.angular_velocity.cross(body.centre - motion.centre));
+        const Vec3 angular_momentum =
+            body.rotation * body.inertia * body.rotation.transpose() * motion.angular_velocity;
+        body.momentum = momentum + motion.share * (body.momentum - momentum);
+        body.angular_momentum = angular_momentum + motion.share * (body.angular_momentum - angular_momentum);
+    }
+}
+
+void SplitMomentum::restore_momenta(Phyxels& phyxels) const {
     struct Change {
         Vec3 centre, translation, velocity, angular_velocity;  // m, m, m/s, rad/s
     };
@@ -49,8 +112,7 @@ void SplitMomentum::settle(Phyxels& phyxels) const {
         changes.push_back(change);
     }
     const auto change_of = [&](std::int32_t piece) -> const Change* {
-        if (piece < 0 || static_cast<std::size_t>(piece) >= family_.size()) return nullptr;
-        const std::int32_t family = family_[static_cast<std::size_t>(piece)];
+        const std::int32_t family = family_of(piece);
         return family < 0 ? nullptr : &changes[static_cast<std::size_t>(family)];
     };
     for (std::size_t i = 0; i < phyxels.size(); ++i) {
