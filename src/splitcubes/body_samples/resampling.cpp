@@ -97,7 +97,7 @@ class Resampler {
     // Per piece that splits or came off; empty for the others.
     std::vector<std::vector<std::uint32_t>> members_;  // its phyxels, ascending
     std::vector<Vec3> extents_;                        // m, MaterialNodes::extents_of its nodes
-    std::vector<std::uint8_t> is_loose_;  // 1: nothing acts on it, nor on the others of its family
+    std::vector<std::uint8_t> is_loose_;               // 1: no hold or handle acts on it (find_loose)
 };
 
 // Adds the state of a point (m, rest space) as one phyxel moves it.
@@ -318,17 +318,21 @@ void Resampler::refresh_links(std::size_t old_count) {
     change_.dirty_pairs.clear();
 }
 
+// A hold that acted on no phyxel of a piece would pull new ones to where they would be without the motion of
+// the piece. For a piece without phyxels, those of its family count.
 void Resampler::find_loose(std::span<const std::int32_t> family) {
     is_loose_.assign(family.size(), 0);
     if (attachments_.holds + attachments_.handles == 0) return;
-    std::vector<std::uint8_t> is_attached(family.size(), 0);  // per family
+    std::vector<std::uint8_t> is_attached(family.size(), 0), family_is_attached(family.size(), 0);
+    for (std::size_t k = 0; k < family.size(); ++k) {
+        is_attached[k] = std::any_of(members_[k].begin(), members_[k].end(),
+                                     [&](std::uint32_t i) { return attachments_.acts_on(i); });
+        if (is_attached[k] != 0) family_is_attached[static_cast<std::size_t>(family[k])] = 1;
+    }
     for (std::size_t k = 0; k < family.size(); ++k)
-        for (const std::uint32_t i : members_[k]) {
-            std::uint8_t& attached = is_attached[static_cast<std::size_t>(family[k])];
-            if (attached == 0) attached = attachments_.acts_on(i);
-        }
-    for (std::size_t k = 0; k < family.size(); ++k)
-        if (family[k] >= 0) is_loose_[k] = is_attached[static_cast<std::size_t>(family[k])] == 0;
+        if (family[k] >= 0)
+            is_loose_[k] = members_[k].empty() ? family_is_attached[static_cast<std::size_t>(family[k])] == 0
+                                               : is_attached[k] == 0;
 }
 
 // Adds phyxels to small elastic pieces until every neighbourhood spans space or no nodes are left. Large

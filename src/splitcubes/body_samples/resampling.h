@@ -29,8 +29,9 @@ struct Attachments {
 /// piece from itself stands for a part of the input without phyxels, for one with gaps, which get phyxels, or
 /// for one of change.fast_fragments, which become rigid. Mass is lumped again from the nodes; momenta are
 /// conserved. surface: after the split. tracker: its kernels are those before it. New phyxels ignore all
-/// holds and handles if none acts on a phyxel of the pieces that were one before the split: a hold does not
-/// catch what fell away from it. Sets change.new_phyxels, volumes_changed and dirty_pairs.
+/// holds and handles if none acts on a phyxel of their piece or, where it has none, of the pieces that were
+/// one before the split: a hold does not catch what moved without it. Sets change.new_phyxels,
+/// volumes_changed and dirty_pairs.
 void resample(const SampleContext& context, const splitting::Surface& surface, const NodeTracker& tracker,
               const Attachments& attachments, ElasticSamples& samples, TopologyChange& change);
 
