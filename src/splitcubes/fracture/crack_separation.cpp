@@ -154,6 +154,7 @@ std::uint32_t CrackSeparation::passed_edges_in(const NodeGrid& grid, const TearC
 void CrackSeparation::cut_passed_edges(NodeGrid& grid, const TearContext& context,
                                        std::vector<std::int32_t>& slots) {
     std::size_t before = 0;
+    cells_.note_crossings(grid);
     for (int pass = 0; pass < tuning::tearing::max_passed_edge_passes; ++pass) {
         CrackCells::list_cells_around(grid, slots, touched_cells_);
         // Only cells near the last pass's cuts can have changed.
