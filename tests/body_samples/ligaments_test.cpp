@@ -81,7 +81,7 @@ void expect_together(const std::vector<geometry::TriangleMesh>& sheets, int phyx
 TEST(Ligaments, HoldTheSidesOfACutTogether) {
     Random random(3);
     for (const int phyxels : {100, 700})
-        for (int trial = 0; trial < 4; ++trial) {
+        for (int trial = 0; trial < 2; ++trial) {
             SCOPED_TRACE(std::to_string(phyxels) + " phyxels, trial " + std::to_string(trial));
             const double y = random.uniform(-0.04, 0.04), z = random.uniform(-0.04, 0.04);
             expect_together({sheet_around(random.uniform(-0.002, 0.002), y, z, 0.0055)}, phyxels);
@@ -100,7 +100,7 @@ TEST(Ligaments, HoldAlsoAlongDetours) {
 // Random sheets through bodies at rest.
 TEST(Ligaments, ConnectThePhyxelsOfEachPiece) {
     Random random(8);
-    for (int trial = 0; trial < 6; ++trial) {
+    for (int trial = 0; trial < 4; ++trial) {
         SCOPED_TRACE("trial " + std::to_string(trial));
         World world(free_space(), threads(2));
         Body& body = world.add_body(turned(geometry::make_box(Vec3(0.3, 0.2, 0.15)), random_rotation(random)),
