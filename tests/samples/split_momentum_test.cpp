@@ -1,4 +1,4 @@
-// What resampling changes in masses, places and velocities leaves the momenta and adds no energy.
+// Momenta stay and kinetic energy does not rise when resampling changes masses, places and velocities.
 #include "dynamics/bodies.h"
 
 #include <gtest/gtest.h>

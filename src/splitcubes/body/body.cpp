@@ -1,6 +1,7 @@
 #include <splitcubes/body/body.h>
 #include <splitcubes/body/step_context.h>
 #include <splitcubes/body/step_report.h>
+#include <splitcubes/body_samples/ligaments.h>
 #include <splitcubes/core/error.h>
 #include <splitcubes/core/state_hash.h>
 #include <splitcubes/dynamics/time_integrator.h>
@@ -200,6 +201,10 @@ std::vector<std::string> Body::validate() const {
         if (!body.centre.allFinite() || !body.rotation.allFinite() || !body.momentum.allFinite() ||
             !body.angular_momentum.allFinite())
             lines.push_back("a rigid piece that is not finite");
+    std::vector<std::uint32_t> all(samples_.phyxels.size());
+    std::iota(all.begin(), all.end(), 0U);
+    if (!lattice_ && !separate_groups(samples_, pieces_->count(), all).empty())
+        lines.push_back("a piece whose phyxels are not connected");
     double lumped = 0;
     for (const double v : samples_.phyxels.volume) lumped += v;
     const double owned = inside_.total_volume();

@@ -174,7 +174,17 @@ void ElasticSamples::append_links(const SampleContext& context, TopologyChange& 
     std::vector<std::uint32_t> linked;
     for (const Gap& gap : change.gaps) linked.insert(linked.end(), {gap.inside, gap.around});
     for (std::size_t k = first; k < pairs.size(); ++k) linked.insert(linked.end(), {pairs.a[k], pairs.b[k]});
-    for (std::size_t i = known; i < phyxels.size(); ++i) linked.push_back(static_cast<std::uint32_t>(i));
+    // A phyxel that no pair reaches is found beside any other one of its piece.
+    std::vector<std::uint8_t> has_new(context.pieces.count(), 0);
+    for (std::size_t i = known; i < phyxels.size(); ++i) {
+        linked.push_back(static_cast<std::uint32_t>(i));
+        has_new[static_cast<std::size_t>(phyxels.piece[i])] = 1;
+    }
+    for (std::uint32_t i = 0; i < known; ++i) {
+        std::uint8_t& is_wanted = has_new[static_cast<std::size_t>(phyxels.piece[i])];
+        if (is_wanted != 0) linked.push_back(i);
+        is_wanted = 0;
+    }
     bridge_ligaments(context.grid, context.pieces.count(), *this, linked, change);
     if (!change.dirty_pairs.empty())
         neighbourhoods.update(phyxels, pairs, change.dirty_pairs, context.material, context.parallel);
