@@ -142,7 +142,8 @@ std::unique_ptr<World> breaking_world(std::uint64_t seed) {
 
 TEST(Checkpoint, ContinuesBitIdenticallyWhereHeldBodiesBreak) {
     std::size_t pieces = 0;
-    for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+    // In the last one ligaments break in a step in which cracks grow.
+    for (const std::uint64_t seed : {1, 2, 3, 11}) {
         const auto uninterrupted = breaking_world(seed);
         std::vector<std::string> checkpoints, hashes;
         for (int step = 0; step <= last_step; ++step) {

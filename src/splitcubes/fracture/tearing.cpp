@@ -18,6 +18,8 @@ std::vector<std::int32_t> Tearing::tear(splitting::NodeGrid& grid, const TearCon
     if (context.neighbourhoods.size() != context.phyxels.size()) return slots;
     cells_.note_crossings(grid);
     separation_.break_ligaments(grid, context, slots);
+    // A crack cell that is not stale would miss these cuts, and after a checkpoint all are stale.
+    cells_.note_crossings(grid);
     top_load_ = stress_.find_loads(grid, context);
     if (top_load_ < stress_.min_load()) return slots;
     stress_.begin_nodes(context);
