@@ -81,13 +81,13 @@ void ContactFinder::relist(const Task& task, const Parallel& parallel) {
 }
 
 // Returns whether the sample `pushing` still represents the sample `vertex` after the cuts of this step.
-// same_pieces: nothing has separated.
+// is_uncut: there were none. A cut may have given the number of a vertex to another one.
 bool ContactFinder::pushes_for(const BodyView& body, std::uint32_t vertex, std::uint32_t pushing,
-                               bool same_pieces) {
+                               bool is_uncut) {
     const splitting::Surface& surface = body.surface;
     const splitting::SurfaceVertex &own = surface.vertices()[vertex],
                                    &representative = surface.vertices()[pushing];
-    if (!representative.alive() || same_pieces) return representative.alive();
+    if (!representative.alive() || is_uncut) return representative.alive();
     const splitting::Pieces& pieces = body.pieces;
     return pieces.piece_of(body.grid, surface.influence(own)) ==
            pieces.piece_of(body.grid, surface.influence(representative));
@@ -119,6 +119,7 @@ void ContactFinder::list_points(const BodyView& body, std::uint32_t body_index, 
     const auto old_end = list_.samples.begin() + static_cast<std::ptrdiff_t>(last_old);
     const auto is_before = [](const Sample& sample, std::uint32_t vertex) { return sample.vertex < vertex; };
     if (begin < end) old = std::lower_bound(old, old_end, body.sampler.samples()[begin].vertex, is_before);
+    const bool is_uncut = body.sampler.revision() == body.surface.revision();
     const bool same_nodes = is_known && fresh_.bodies[body_index].same_nodes(list_.bodies[body_index]);
     const bool same_indices =
         is_known && fresh_.bodies[body_index].full_change == list_.bodies[body_index].full_change;
@@ -148,7 +149,7 @@ void ContactFinder::list_points(const BodyView& body, std::uint32_t body_index, 
         sample.node = same_place ? old->node : body.dominant_node(point.vertex);
         const auto pushes = [&](std::uint32_t representative) {
             return representative == point.vertex ||
-                   !pushes_for(body, point.vertex, representative, same_nodes);
+                   !pushes_for(body, point.vertex, representative, is_uncut);
         };
         sample.pushes = pushes(point.representative);
         sample.searches_own_body = sample.pushes && pushes(point.face_delegate);

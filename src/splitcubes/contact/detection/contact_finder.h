@@ -226,7 +226,7 @@ class ContactFinder {
     void relist(const Task& task, const Parallel& parallel);
     void list_points(const BodyView& body, std::uint32_t body_index, std::size_t first, std::size_t begin,
                      std::size_t end);
-    static bool pushes_for(const BodyView& body, std::uint32_t vertex, std::uint32_t by, bool same_pieces);
+    static bool pushes_for(const BodyView& body, std::uint32_t vertex, std::uint32_t by, bool is_uncut);
     static std::uint32_t opposite_of(const BodyView& body, const ContactSample& point);
     void compact();
     void restart_serials();
