@@ -230,30 +230,38 @@ double energy_of(const body::World& world, const body::StepReport& report) {
 
 const std::vector<std::string> coarse_plate = {"bodies[0].cells=40", "bodies[1].cells=10"};
 
+// The crack pattern is chaotic, and so is how much crumbles below the ball: two places.
 TEST(Scenes, AFallingBallBreaksThePlate) {
-    std::vector<std::string> overrides = coarse_plate;
-    overrides.push_back("frames=160");
-    double first = 0, highest = 0;
-    std::size_t torn_before_contact = 0;
-    const Showing run("plate_and_ball.json", overrides,
-                      [&](const body::World& world, const body::StepReport& report) {
-                          const double energy = energy_of(world, report);
-                          if (first == 0) first = energy;
-                          highest = std::max(highest, energy);
-                          // The ball's lowest point has 1.5 cm to fall at 2.5 m/s and more.
-                          if (report.time < 0.02) torn_before_contact += report.counts.torn_edges;
-                      });
-    EXPECT_EQ(torn_before_contact, 0U);
-    const std::vector<meshless::Momenta> parts = pieces_of(*run.world->bodies()[0]);
-    const double plate = total_mass(run.world->bodies()[0]->phyxels());
-    ASSERT_GE(parts.size(), 2U);
-    EXPECT_GT(parts[1].mass, 0.3 * plate) << "it breaks across";
-    EXPECT_GT(parts[0].mass + parts[1].mass, 0.93 * plate);
-    EXPECT_EQ(run.world->bodies()[1]->pieces().count(), 1U);
-    // On the intact plate it would lie at 0.2.
-    EXPECT_LT(meshless::total_momenta(run.world->bodies()[1]->phyxels()).centre[2], 0.18)
-        << "the ball sinks between the halves";
-    EXPECT_LT(highest, first + 0.01 * 2.8) << "of 2.8 J that the ball brings";
+    double in_halves = 0;
+    const std::vector<std::string> places = {"[0.01,0.01,0.25]", "[0.02,0.01,0.25]"};
+    for (const std::string& place : places) {
+        SCOPED_TRACE(place);
+        std::vector<std::string> overrides = coarse_plate;
+        overrides.push_back("frames=160");
+        overrides.push_back("bodies[1].placement.position=" + place);
+        double first = 0, highest = 0;
+        std::size_t torn_before_contact = 0;
+        const Showing run("plate_and_ball.json", overrides,
+                          [&](const body::World& world, const body::StepReport& report) {
+                              const double energy = energy_of(world, report);
+                              if (first == 0) first = energy;
+                              highest = std::max(highest, energy);
+                              // The ball's lowest point has 1.5 cm to fall at 2.5 m/s and more.
+                              if (report.time < 0.02) torn_before_contact += report.counts.torn_edges;
+                          });
+        EXPECT_EQ(torn_before_contact, 0U);
+        const std::vector<meshless::Momenta> parts = pieces_of(*run.world->bodies()[0]);
+        const double plate = total_mass(run.world->bodies()[0]->phyxels());
+        ASSERT_GE(parts.size(), 2U);
+        EXPECT_GT(parts[1].mass, 0.3 * plate) << "it breaks across";
+        in_halves += (parts[0].mass + parts[1].mass) / plate;
+        EXPECT_EQ(run.world->bodies()[1]->pieces().count(), 1U);
+        // On the intact plate it would lie at 0.2.
+        EXPECT_LT(meshless::total_momenta(run.world->bodies()[1]->phyxels()).centre[2], 0.18)
+            << "the ball sinks between the halves";
+        EXPECT_LT(highest, first + 0.01 * 2.8) << "of 2.8 J that the ball brings";
+    }
+    EXPECT_GT(in_halves / static_cast<double>(places.size()), 0.9);
 }
 
 TEST(Scenes, FasterBallsBreakThePlateAsWell) {

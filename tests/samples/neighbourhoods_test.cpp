@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 #include <splitcubes/core/error.h>
 
+#include <algorithm>
+
 namespace splitcubes::meshless {
 namespace {
 
@@ -174,6 +176,37 @@ TEST(Neighbourhoods, UpdateEqualsRebuild) {
         fresh.rebuild(body.phyxels, body.pairs, body.material, one);
         expect_equal(body.neighbourhoods, fresh);
     }
+}
+
+// What a cut takes from a link is not given back by the balance.
+TEST(Neighbourhoods, WeightsAreProportionalToVisibility) {
+    const Parallel one(1);
+    Specimen body = block(7, 6, 5, 0.05, Material{}, one);
+    const std::vector<double> whole(body.neighbourhoods.weight().begin(), body.neighbourhoods.weight().end());
+    Random random(5);
+    for (float& visibility : body.pairs.visibility) visibility = static_cast<float>(random.uniform(0.25, 1));
+    body.neighbourhoods.rebuild(body.phyxels, body.pairs, body.material, one);
+    for (std::size_t l = 0; l < whole.size(); ++l) {
+        const auto visibility = static_cast<double>(body.pairs.visibility[body.neighbourhoods.pair()[l]]);
+        ASSERT_NEAR(body.neighbourhoods.weight()[l], visibility * whole[l], 1e-12 * whole[l]);
+    }
+}
+
+// The weakest links fade out of the balance: no weight jumps as one comes out of sight.
+TEST(Neighbourhoods, WeightsFadeWithTheLastVisibility) {
+    const Parallel one(1);
+    Specimen body = block(7, 6, 5, 0.05, Material{}, one);
+    Random random(6);
+    for (int k = 0; k < 20; ++k)
+        body.pairs.visibility[random.below(static_cast<std::uint32_t>(body.pairs.size()))] = 1e-7F;
+    body.neighbourhoods.rebuild(body.phyxels, body.pairs, body.material, one);
+    const std::vector<double> seen(body.neighbourhoods.weight().begin(), body.neighbourhoods.weight().end());
+    for (float& visibility : body.pairs.visibility)
+        if (visibility < 1) visibility = 0;
+    body.neighbourhoods.rebuild(body.phyxels, body.pairs, body.material, one);
+    const double largest = *std::max_element(seen.begin(), seen.end());
+    for (std::size_t l = 0; l < seen.size(); ++l)
+        ASSERT_NEAR(body.neighbourhoods.weight()[l], seen[l], 1e-4 * largest);
 }
 
 // Phyxels come singly and in groups, between cuts, until the pools have been compacted.

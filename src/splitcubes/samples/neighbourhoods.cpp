@@ -21,10 +21,12 @@ double mean_modulus(const Material& material) {
 
 }  // namespace
 
-// Balances the weights of row i; a row of more links is dense enough without.
+// Balances the weights of row i; a row of more links is dense enough without. Partly visible links enter
+// as whole ones and are weakened afterwards: a balance of weakened links would give back what the cut took.
 void Neighbourhoods::balance_row(std::size_t i) {
     std::array<Vec3, max_balanced_links> edge;
     std::array<double, max_balanced_links> weight;
+    std::array<double, max_balanced_links> visible;
     std::array<std::uint32_t, max_balanced_links> link;
     std::size_t n = 0;
     double base_weight = 0;
@@ -33,14 +35,15 @@ void Neighbourhoods::balance_row(std::size_t i) {
         if (!(links_.weight[l] > 0)) continue;
         if (n == max_balanced_links) return;
         edge[n] = links_.rest_edge[l];
-        weight[n] = links_.weight[l];
+        weight[n] = std::min(links_.base_weight[l], links_.weight[l] / tuning::balance::fading_visibility);
+        visible[n] = links_.weight[l] / weight[n];
         link[n++] = l;
     }
     if (n == 0) return;
     const double spacing =
         std::sqrt(rows_.base_trace[i] / (tuning::neighbourhoods::mean_square_length * base_weight));
     balance_weights(std::span(edge).first(n), std::span(weight).first(n), spacing);
-    for (std::size_t k = 0; k < n; ++k) links_.weight[link[k]] = weight[k];
+    for (std::size_t k = 0; k < n; ++k) links_.weight[link[k]] = weight[k] * visible[k];
 }
 
 void Neighbourhoods::compute_row(const Pairs& pairs, std::size_t i) {

@@ -54,7 +54,8 @@ void append_pairs(const Phyxels& phyxels, const PhyxelLocator& locator, std::siz
 /// modes, as rows of directed links. Row i holds its neighbours in ascending
 /// order; rows lie in one pool, and a row that outgrows its capacity moves to the pool's end. A pair with
 /// visibility 0 keeps its links, with zero weight. `slices` holds the same data in single precision for the
-/// solvers. Weights of rows that are not symmetric are balanced (balance_weights).
+/// solvers. Weights of rows that are not symmetric are balanced (balance_weights), then multiplied by
+/// visibility.
 class Neighbourhoods {
   public:
     /// Builds everything from scratch. O(pairs).

@@ -60,6 +60,9 @@ inline constexpr double second_moment_ridge = 0.3;
 /// Least share of its weight that a link keeps, 0.01 to 0.3. Larger leaves thin bodies softer; at zero a link
 /// would end.
 inline constexpr double floor = 0.05;
+/// Visibility below which links fade from the balance, 0.05 to 0.5. Larger makes notched bodies too stiff;
+/// smaller lets thin ligaments stretch (decision 020).
+inline constexpr double fading_visibility = 0.08;
 /// Fits of a row, of which each but the first keeps more links at the floor, 1 to 10.
 inline constexpr int rounds = 4;
 /// Third moment below which a neighbourhood is symmetric and keeps its weights, 1e-9 to 1e-3: covers the
