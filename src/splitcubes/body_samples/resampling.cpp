@@ -244,8 +244,7 @@ meshless::RigidPiece Resampler::initial_rigid_piece(std::int32_t piece,
         context_.nodes.weigh(nodes, density, body);
         body.centre = whole.world_point_of_rest(body.rest_centre);
         body.momentum = body.mass * whole.velocity_at(body.centre);
-        body.angular_momentum =
-            body.rotation * body.inertia * body.rotation.transpose() * whole.angular_velocity();
+        body.angular_momentum = body.world_inertia() * whole.angular_velocity();
         return body;
     }
     std::vector<NodeState> motions;
@@ -290,7 +289,7 @@ meshless::RigidPiece Resampler::initial_rigid_piece(std::int32_t piece,
     const double min_inertia = 0.01 * sum.mass * edge * edge;
     const Vec3 rotation_rate = meshless::angular_velocity(sum.inertia, sum.angular_momentum, min_inertia);
     body.momentum = body.mass * (sum.linear / sum.mass + rotation_rate.cross(body.centre - sum.centre));
-    body.angular_momentum = body.rotation * body.inertia * body.rotation.transpose() * rotation_rate;
+    body.angular_momentum = body.world_inertia() * rotation_rate;
     return body;
 }
 

@@ -205,8 +205,7 @@ void follow_motion(const Isometry& motion, double dt, RigidPiece& body) {
     const Eigen::AngleAxisd rotation(motion.linear());
     body.momentum = body.mass * (centre - body.centre) / dt;
     body.rotation = Quat(Mat3(motion.linear() * body.rotation)).normalized().toRotationMatrix();
-    body.angular_momentum =
-        body.rotation * body.inertia * body.rotation.transpose() * (rotation.angle() / dt * rotation.axis());
+    body.angular_momentum = body.world_inertia() * (rotation.angle() / dt * rotation.axis());
     body.centre = centre;
 }
 

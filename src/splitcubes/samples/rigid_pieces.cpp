@@ -114,7 +114,7 @@ Momenta momenta_of(const RigidPiece& body) {
     sum.centre = body.centre;
     sum.linear = body.momentum;
     sum.angular_momentum = body.angular_momentum;
-    sum.inertia = body.rotation * body.inertia * body.rotation.transpose();
+    sum.inertia = body.world_inertia();
     return sum;
 }
 

@@ -31,7 +31,9 @@ struct RigidPiece {
     Vec3 velocity() const { return momentum / mass; }
     /// Returns the angular velocity, rad/s, world.
     Vec3 angular_velocity() const { return inverse_inertia() * angular_momentum; }
-    /// Returns the inverse inertia, 1/(kg m^2), world.
+    /// Returns the inertia about the centre, kg m^2, world.
+    Mat3 world_inertia() const { return rotation * inertia * rotation.transpose(); }
+    /// Returns its inverse, 1/(kg m^2), world.
     Mat3 inverse_inertia() const;
     /// Returns the world position of a point of its own frame, m.
     Vec3 world_point(const Vec3& own) const { return centre + rotation * own; }

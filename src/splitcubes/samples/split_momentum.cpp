@@ -87,8 +87,7 @@ void SplitMomentum::limit_energy(Phyxels& phyxels) const {
         if (motion.share == 1) continue;
         const Vec3 momentum =
             body.mass * (motion.velocity + motion.angular_velocity.cross(body.centre - motion.centre));
-        const Vec3 angular_momentum =
-            body.rotation * body.inertia * body.rotation.transpose() * motion.angular_velocity;
+        const Vec3 angular_momentum = body.world_inertia() * motion.angular_velocity;
         body.momentum = momentum + motion.share * (body.momentum - momentum);
         body.angular_momentum = angular_momentum + motion.share * (body.angular_momentum - angular_momentum);
     }
@@ -129,8 +128,7 @@ void SplitMomentum::restore_momenta(Phyxels& phyxels) const {
         body.momentum +=
             body.mass * (change->velocity + change->angular_velocity.cross(body.centre - change->centre));
         body.centre += change->translation;
-        body.angular_momentum +=
-            body.rotation * body.inertia * body.rotation.transpose() * change->angular_velocity;
+        body.angular_momentum += body.world_inertia() * change->angular_velocity;
     }
 }
 

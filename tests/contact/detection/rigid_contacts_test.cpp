@@ -3,11 +3,14 @@
 
 #include <splitcubes/body/body.h>
 #include <splitcubes/contact/detection/rigid_contacts.h>
+#include <splitcubes/core/random.h>
 #include <splitcubes/geometry/shapes.h>
+#include <splitcubes/samples/phyxels.h>
 #include <splitcubes/world/world.h>
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 namespace splitcubes::body {
@@ -15,6 +18,12 @@ namespace {
 
 using fixtures::box_at;
 using fixtures::rubber;
+
+// Components in -1..1.
+Vec3 random_vector(Random& random) {
+    const double x = random.uniform(-1, 1), y = random.uniform(-1, 1);
+    return {x, y, random.uniform(-1, 1)};
+}
 
 World make_fragment_world(bool pieces, const Vec3& gravity) {
     WorldSettings settings;
@@ -107,8 +116,7 @@ TEST(RigidContacts, AHeapOfFragmentsRestsOnTheGround) {
         for (std::size_t i = 0; i < body.phyxels().size(); ++i)
             now += 9.81 * body.phyxels().mass[i] * body.phyxels().position[i].z();
         if (step == 0) first = now;
-        // Fragments that rotate into each other are lifted apart.
-        EXPECT_LT(now, energy + 0.08 * first) << "step " << step;
+        EXPECT_LT(now, energy + 3e-3 * first) << "step " << step;
         energy = std::min(energy, now);
     }
     EXPECT_LT(report.totals.kinetic_energy, 1e-5);
@@ -158,9 +166,46 @@ TEST(RigidContacts, FragmentsThatHitABodyConserveMomenta) {
     EXPECT_GT(contacts, 3U);
     const meshless::Momenta after = sums();
     EXPECT_LT((after.linear - before.linear).norm(), 1e-9 * before.linear.norm());
-    // Contacts between fragments conserve it only approximately.
     EXPECT_LT((after.angular_momentum - before.angular_momentum).norm(),
-              0.02 * before.angular_momentum.norm());
+              1e-9 * before.angular_momentum.norm());
+}
+
+// A block in random pieces drops by five millimetres. Boxes around fragments overlap where the cuts left
+// none, and the ground stops some while others fall: what is lifted out of each other costs energy.
+TEST(RigidContacts, RandomPiecesThatDropGainNoEnergy) {
+    struct Drop {
+        std::uint64_t seed;
+        double rate;  // 1/s, of steps
+    };
+    for (const Drop& drop : {Drop{1, 60}, Drop{2, 60}, Drop{3, 60}, Drop{4, 500}}) {
+        SCOPED_TRACE(testing::Message() << "seed " << drop.seed);
+        WorldSettings settings;
+        settings.time_step = 1 / drop.rate;
+        settings.contact.pieces = true;
+        settings.contact.friction = 0.4;
+        settings.ground = meshless::GroundPlane{Vec3::UnitZ(), -0.045, 0.4};
+        settings.validate_each_step = false;
+        World world(settings, std::make_shared<const Parallel>(2));
+        Body& body = world.add_body(geometry::make_box(Vec3(0.08, 0.08, 0.08)), rubber(0.02));
+        Random random(drop.seed);
+        for (std::int32_t cut = 0; cut < 9; ++cut) {
+            const Vec3 point = 0.02 * random_vector(random);
+            body.cut_with_sheet(geometry::make_plane_sheet(point, random_vector(random), 0.3), cut,
+                                world.parallel());
+        }
+        ASSERT_GT(body.phyxels().rigid.bodies.size(), 50U);
+        double lowest = 1e300, weight = 0;
+        for (int step = 0; step < std::min(0.4 * drop.rate, 60.0); ++step) {
+            const StepReport report = world.step();
+            const meshless::Momenta all = meshless::total_momenta(body.phyxels());
+            weight = 9.81 * all.mass;
+            const double now = report.totals.kinetic_energy + report.totals.elastic_energy +
+                               report.totals.contact_energy + weight * all.centre.z();
+            EXPECT_LT(now, lowest + 0.005 * weight * 0.005) << "step " << step;
+            lowest = std::min(lowest, now);
+        }
+        EXPECT_LT(lowest, -0.003 * weight) << "they have dropped";
+    }
 }
 
 // Cuts a piece of two cells a side out of the middle.

@@ -175,6 +175,10 @@ void RigidContacts::find(const Task& task, const ContactFinder& finder,
         for (const std::uint32_t other : others) meet_fragment(task, k, other);
     }
     list_supports(islands);
+    measure_proxies(task);
+    for (std::uint32_t k = 0; k < proxies_.size(); ++k)
+        if (proxies_[k].mass > 0)
+            proxies_[k].start_energy = energy_of(task, static_cast<std::uint32_t>(fragments_.size()) + k);
 }
 
 // Finds the contacts of a fragment's points with the planes through surface samples.

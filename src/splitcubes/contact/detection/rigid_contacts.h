@@ -16,6 +16,7 @@
 #include <vector>
 
 namespace splitcubes::meshless {
+struct Momenta;
 struct Phyxels;
 struct RigidPiece;
 }  // namespace splitcubes::meshless
@@ -30,8 +31,8 @@ namespace splitcubes::body {
 /// Towards surfaces a rigid piece is its contact points; towards other rigid pieces it is the box around them
 /// in its own frame. An overlap at the start of the step remains but for a slow depenetration. Elastic pieces
 /// take the impulses by their rigid motion only: rigid pieces are light and do not dent them. Colliders that
-/// touch an elastic piece keep it from being pushed in. So both momenta
-/// are exchanged exactly, and kinetic energy only decreases, except for what moving colliders and kinematic
+/// touch an elastic piece keep it from being pushed in. So both momenta are exchanged exactly. Kinetic and
+/// potential energy of what contacts connect only decrease, except for what moving colliders and kinematic
 /// surfaces supply. Held pieces take no impulse. There is no state between steps. The impulses are solved on
 /// one thread.
 class RigidContacts {
@@ -110,6 +111,7 @@ class RigidContacts {
         Vec3 normal = Vec3::UnitZ();  // from the collider to the piece
         double offset = 0;            // m, gap at the end of the step less normal . point
         double gap = 0;               // m, after the step, before positions are corrected
+        bool is_moving = false;       // the collider
     };
     /// Contact as the solver needs it.
     struct Push {
@@ -136,17 +138,26 @@ class RigidContacts {
         std::uint32_t body = 0;
         std::int32_t piece = -1;
         bool held = false;
-        double mass = 0;                            // kg
-        Vec3 centre = Vec3::Zero();                 // m
-        Vec3 momentum = Vec3::Zero();               // kg m/s, before the impulses
-        Vec3 angular_momentum = Vec3::Zero();       // kg m^2/s, about the centre, before the impulses
-        Mat3 inertia = Mat3::Zero();                // kg m^2, about the centre
-        Mat3 inverse_inertia = Mat3::Zero();        // 1/(kg m^2)
-        Vec3 end_angular_velocity = Vec3::Zero();   // rad/s, at the end of the step
-        Vec3 shift = Vec3::Zero();                  // m, position correction
-        Vec3 angular_momentum_debt = Vec3::Zero();  // kg m^2/s, to compensate position corrections
-        Vec3 velocity = Vec3::Zero();               // m/s, change by the impulses
-        Vec3 angular_velocity = Vec3::Zero();       // rad/s, change by the impulses
+        double mass = 0;                           // kg
+        Vec3 centre = Vec3::Zero();                // m
+        Vec3 momentum = Vec3::Zero();              // kg m/s, before the impulses
+        Vec3 angular_momentum = Vec3::Zero();      // kg m^2/s, about the centre, before the impulses
+        Mat3 inertia = Mat3::Zero();               // kg m^2, about the centre
+        Mat3 inverse_inertia = Mat3::Zero();       // 1/(kg m^2)
+        Vec3 end_angular_velocity = Vec3::Zero();  // rad/s, at the end of the step
+        Vec3 shift = Vec3::Zero();                 // m, position correction
+        Vec3 velocity = Vec3::Zero();              // m/s, change by the impulses
+        Vec3 angular_velocity = Vec3::Zero();      // rad/s, change by the impulses
+        double start_energy = 0;                   // J, of the rigid motion, before the step
+
+        Vec3 moved_centre() const { return centre + shift; }
+    };
+    /// Movers that contacts connect, fragments and elastic pieces. What is held connects nothing.
+    struct Group {
+        std::vector<std::uint32_t> movers;
+        double energy = 0;       // J, of their rigid motion, that they may have after the step
+        bool is_driven = false;  // something that moves supplies energy
+        Vec3 angular_momentum_debt = Vec3::Zero();  // kg m^2/s, taken by position corrections
     };
 
     /// Body in the impulse solver: fragments, then elastic pieces (their velocities are changes), and last an
@@ -188,6 +199,8 @@ class RigidContacts {
     void meet_obstacles(const Task& task, std::uint32_t fragment_index);
     meshless::RigidPiece& piece_of(const Fragment& fragment) const;
     double linear_mobility(const ContactRow& row) const;
+    /// What corrections do with overlaps that the step began with.
+    enum class Overlaps { keep, reduce };
     void find_end_positions();
     Vec3 lower_point(const ContactRow& row) const;
     std::int32_t proxy_of(std::uint32_t body, std::int32_t piece);
@@ -196,13 +209,34 @@ class RigidContacts {
     void list_supports(std::span<const ContactIsland> islands);
     void measure_supports();
     bool lift_from_supports();
-    void correct_positions(const Task& task);
+    void correct_positions(const Task& task, Overlaps overlaps);
+    void reduce_overlaps(const Task& task);
+    // Movers by index: fragments first, then proxies.
+    std::uint32_t mover_count() const {
+        return static_cast<std::uint32_t>(fragments_.size() + proxies_.size());
+    }
+    std::uint32_t lower_mover(const ContactRow& row) const;
+    bool is_held(std::uint32_t mover) const;
+    meshless::Momenta momenta_of(std::uint32_t mover) const;
+    double mass_of(std::uint32_t mover) const;
+    Vec3 centre_of(std::uint32_t mover) const;
+    Vec3 velocity_of(std::uint32_t mover) const;
+    Vec3 angular_velocity_of(std::uint32_t mover) const;
+    double energy_of(const Task& task, std::uint32_t mover) const;
+    void shift(std::uint32_t mover, const Vec3& by);
+    void accelerate(std::uint32_t mover, const Vec3& velocity, const Vec3& angular_velocity);
+    bool moves_too_far(std::uint32_t mover, const Vec3& push) const;
+    void form_groups(const Task& task);
+    meshless::Momenta momenta_of(const Group& group) const;
+    double energy_of(const Task& task, const Group& group) const;
+    void pay_debts(double share);
+    void pay_for_lifts(const Task& task);
     geometry::SignedDistance::Sample deepest(const meshless::Obstacle& obstacle,
                                              const Fragment& fragment) const;
     void record_depth(const Task& task, Fragment& fragment) const;
     bool push_out_of_obstacles(const Task& task, Fragment& fragment);
-    double remaining_gap(const ContactRow& row) const;
-    bool correct_position(const Task& task, const ContactRow& row);
+    double remaining_gap(const ContactRow& row, Overlaps overlaps) const;
+    bool correct_position(const Task& task, const ContactRow& row, Overlaps overlaps);
     void list_movers();
     void add_push(ContactRow& row);
     Vec3 velocity_of(const Push& push) const;
@@ -225,6 +259,11 @@ class RigidContacts {
     std::vector<ContactRow> rows_;
     std::vector<PieceProxy> proxies_;
     std::vector<Support> supports_;
+    std::vector<std::uint32_t> group_of_;  // per mover
+    std::vector<Group> groups_;
+    std::vector<Vec3> start_;        // m, per mover: centre before the present corrections
+    std::vector<Vec3> uncorrected_;  // m, the same before all corrections
+    double max_correction_ = 0;      // m, how far corrections may move it
     std::vector<Mover> movers_;
     std::vector<Push> pushes_;                                   // per row
     double dt_ = 0;                                              // s

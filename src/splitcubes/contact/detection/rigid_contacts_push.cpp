@@ -78,51 +78,61 @@ bool RigidContacts::push_out_of_obstacles(const Task& task, Fragment& fragment) 
         const double correction = fragment.depth[k] - at.distance;
         if (!(correction > 1e-9 * fragment.radius)) continue;
         piece_of(fragment).centre += correction * at.normal;
+        max_correction_ = std::max(max_correction_, correction);
+        if (!task.obstacles[k].after.isApprox(task.obstacles[k].before, 0))
+            groups_[group_of_[static_cast<std::size_t>(&fragment - fragments_.data())]].is_driven = true;
         any = true;
     }
     return any;
 }
 
 // Returns the gap at the end of the step minus the smallest gap that is allowed, m.
-double RigidContacts::remaining_gap(const ContactRow& row) const {
+double RigidContacts::remaining_gap(const ContactRow& row, Overlaps overlaps) const {
+    const double depenetration = overlaps == Overlaps::reduce ? row.max_depenetration : 0;
     const Vec3 offset = piece_of(fragments_[row.upper]).world_point(row.own) - lower_point(row) - row.start;
-    return row.gap + row.normal.dot(offset) - std::min(row.gap + row.max_depenetration, 0.0);
+    return row.gap + row.normal.dot(offset) - std::min(row.gap + depenetration, 0.0);
 }
 
-// Undoes the penetration of one contact that arose in the step. Returns whether there was one.
-bool RigidContacts::correct_position(const Task& task, const ContactRow& row) {
+// Undoes the penetration of one contact, as correct_positions does. Returns whether there was one.
+bool RigidContacts::correct_position(const Task& task, const ContactRow& row, Overlaps overlaps) {
+    if (row.lower < 0 && row.proxy < 0) return false;  // an obstacle
     const double mobility = linear_mobility(row);
-    const double correction = -remaining_gap(row);
+    const double correction = -remaining_gap(row, overlaps);
     if (!(correction > tuning::fragments::negligible_share * row.max_depenetration) || !(mobility > 0) ||
         !std::isfinite(correction))
         return false;
     const Vec3 push = correction / mobility * row.normal;
-    const auto shift = [&](Fragment& fragment, double sign) {
-        if (!fragment.pushed) record_depth(task, fragment);
-        fragment.pushed = true;
-        if (!fragment.held) piece_of(fragment).centre += sign / piece_of(fragment).mass * push;
-    };
-    shift(fragments_[row.upper], 1);
-    if (row.lower >= 0) {
-        shift(fragments_[static_cast<std::size_t>(row.lower)], -1);
-    } else {
-        PieceProxy& proxy = proxies_[static_cast<std::size_t>(row.proxy)];
-        if (proxy.held || !(proxy.mass > 0)) return true;
-        proxy.shift -= push / proxy.mass;
-        if (!fragments_[row.upper].held)
-            proxy.angular_momentum_debt -=
-                push.cross(piece_of(fragments_[row.upper]).velocity() - proxy.momentum / proxy.mass);
+    const std::uint32_t upper = row.upper, lower = lower_mover(row);
+    if (moves_too_far(upper, push) || moves_too_far(lower, -push)) return false;
+    if (!is_held(upper) && !is_held(lower))
+        groups_[group_of_[upper]].angular_momentum_debt -=
+            push.cross(velocity_of(upper) - velocity_of(lower));
+    for (const std::uint32_t mover : {upper, lower}) {
+        const Vec3 own = mover == upper ? push : Vec3(-push);
+        if (mover < fragments_.size()) {
+            Fragment& fragment = fragments_[mover];
+            if (!fragment.pushed) record_depth(task, fragment);
+            fragment.pushed = true;
+        }
+        if (!is_held(mover)) shift(mover, own / mass_of(mover));
     }
     return true;
 }
 
-// Undoes penetrations that arose in the step, on positions only. Elastic pieces move as a whole: moving only
-// their surface would add strain energy.
-void RigidContacts::correct_positions(const Task& task) {
+// Undoes penetrations that arose in the step, and reduces those that it began with if wanted, on positions
+// only. Elastic pieces move as a whole: moving only their surface would add strain energy. Nothing moves
+// farther than the deepest penetration: a fragment between surfaces that close on it would be thrown.
+void RigidContacts::correct_positions(const Task& task, Overlaps overlaps) {
+    start_.clear();
+    for (std::uint32_t mover = 0; mover < mover_count(); ++mover) start_.push_back(centre_of(mover));
+    max_correction_ = 0;
+    for (const ContactRow& row : rows_)
+        if (row.lower >= 0 || row.proxy >= 0)
+            max_correction_ = std::max(max_correction_, -remaining_gap(row, overlaps));
     bool any = true;
     for (int iteration = 0; iteration < tuning::fragments::max_position_iterations && any; ++iteration) {
         any = false;
-        for (const ContactRow& row : rows_) any = correct_position(task, row) || any;
+        for (const ContactRow& row : rows_) any = correct_position(task, row, overlaps) || any;
         for (Fragment& fragment : fragments_)
             if (fragment.pushed && !fragment.held) any = push_out_of_obstacles(task, fragment) || any;
         any = lift_from_supports() || any;
@@ -166,7 +176,7 @@ void RigidContacts::move_proxies() {
             phyxels.position[i] += proxy.shift;
             phyxels.previous_position[i] += proxy.shift;
             const Vec3 change =
-                proxy.velocity + proxy.angular_velocity.cross(phyxels.position[i] - proxy.centre);
+                proxy.velocity + proxy.angular_velocity.cross(phyxels.position[i] - proxy.moved_centre());
             phyxels.velocity[i] += change;
             phyxels.previous_velocity[i] += change;
         }
@@ -213,7 +223,8 @@ void RigidContacts::list_movers() {
     for (std::size_t k = 0; k < proxies_.size(); ++k) {
         const PieceProxy& proxy = proxies_[k];
         Mover& mover = movers_[fragments_.size() + k];
-        mover.angular_velocity = proxy.inverse_inertia * proxy.angular_momentum_debt;
+        mover.velocity = proxy.velocity;
+        mover.angular_velocity = proxy.angular_velocity;
         if (proxy.held || !(proxy.mass > 0)) continue;
         mover.mobility = 1 / proxy.mass;
         mover.inverse_inertia = proxy.inverse_inertia;
@@ -232,7 +243,7 @@ void RigidContacts::add_push(ContactRow& row) {
     } else if (row.proxy >= 0) {
         const PieceProxy& proxy = proxies_[static_cast<std::size_t>(row.proxy)];
         push.lower = static_cast<std::uint32_t>(fragments_.size()) + static_cast<std::uint32_t>(row.proxy);
-        push.lower_arm = row.point - proxy.centre;
+        push.lower_arm = row.point - proxy.moved_centre();
         push.lower_velocity =
             meshless::side_value(row.side, velocities_) + proxy.end_angular_velocity.cross(row.lower_own);
     }
@@ -357,19 +368,20 @@ RigidContacts::Outcome RigidContacts::push(const Task& task) {
         fragment.held = task.bodies[fragment.body].holds_rigid(fragment.index);
     measure_supports();
     measure_proxies(task);
+    form_groups(task);
     const Outcome before = totals();
     find_end_positions();
-    correct_positions(task);
+    correct_positions(task, Overlaps::keep);
+    uncorrected_ = start_;
+    pay_debts(1);
     // Keeps nearly touching contacts, too: moving one corner of a fragment lifts all others.
     std::erase_if(rows_, [&](ContactRow& row) {
-        const double left = remaining_gap(row);
+        const double left = remaining_gap(row, Overlaps::keep);
         row.min_normal_velocity = -std::max(left, 0.0) / task.dt;
         return !(left < tuning::fragments::support_share * spacing_) || !fragments_[row.upper].pushed;
     });
-    if (rows_.empty()) return outcome;
     for (std::uint32_t k = 0; k < fragments_.size(); ++k)
         if (fragments_[k].pushed) meet_obstacles(task, k);
-    for (PieceProxy& proxy : proxies_) proxy.centre += proxy.shift;
     // Sorted along gravity because the sweeps alternate in direction: a heap is supported from below.
     for (ContactRow& row : rows_) row.point = piece_of(fragments_[row.upper]).world_point(row.own);
     std::stable_sort(rows_.begin(), rows_.end(), [&](const ContactRow& a, const ContactRow& b) {
@@ -385,6 +397,8 @@ RigidContacts::Outcome RigidContacts::push(const Task& task) {
     solve_all(fastest);
     for (const Push& one : pushes_) outcome.contacts += one.normal_impulse > 0;
     push_fragments();
+    reduce_overlaps(task);
+    pay_for_lifts(task);
     const Outcome after = totals();
     outcome.kinetic_energy = after.kinetic_energy - before.kinetic_energy;
     outcome.momentum = after.momentum - before.momentum;
@@ -412,7 +426,8 @@ RigidContacts::Outcome RigidContacts::totals() const {
         sum.kinetic_energy += proxy.angular_momentum.dot(w) + 0.5 * w.dot(proxy.inertia * w);
         const Vec3 momentum = proxy.momentum + proxy.mass * v;
         sum.momentum += momentum;
-        sum.angular_momentum += proxy.centre.cross(momentum) + proxy.angular_momentum + proxy.inertia * w;
+        sum.angular_momentum +=
+            proxy.moved_centre().cross(momentum) + proxy.angular_momentum + proxy.inertia * w;
     }
     return sum;
 }

@@ -29,6 +29,7 @@ void RigidContacts::list_supports(std::span<const ContactIsland> islands) {
             support.side = contact.upper;
             support.side.part = static_cast<std::uint32_t>(body);
             support.normal = contact.normal;
+            support.is_moving = !contact.surface_displacement.isZero(0);
             const Vec3 start = meshless::side_value(support.side, positions_);
             support.offset = contact.gap - contact.normal.dot(start + contact.surface_displacement);
             if (std::isfinite(support.offset)) supports_.push_back(support);
@@ -50,6 +51,8 @@ bool RigidContacts::lift_from_supports() {
         const double correction = std::min(support.gap, 0.0) - support.gap - support.normal.dot(proxy.shift);
         if (!(correction > tuning::fragments::negligible_share * spacing_)) continue;
         proxy.shift += correction * support.normal;
+        max_correction_ = std::max(max_correction_, correction);
+        if (support.is_moving) groups_[group_of_[fragments_.size() + support.proxy]].is_driven = true;
         any = true;
     }
     return any;

@@ -186,6 +186,9 @@ inline constexpr double speculative_share = 0.05;
 inline constexpr double depenetration_share = 0.005;
 /// Share of the depth of such an overlap, 0 to 1, that is removed in addition per step; same effect.
 inline constexpr double depth_share = 0.1;
+/// Share of the energy that impulses and corrections took, 0 to 1, that reducing overlaps may cost. Larger
+/// turns hits of heaps into their expansion; smaller keeps overlaps longer.
+inline constexpr double lifting_share = 0.1;
 /// Limit of the believed displacement of a surface or fragment per step, 0.5 to 10. Bounds the search: larger
 /// costs time, smaller misses fast ones.
 inline constexpr double max_displacement_share = 2;
