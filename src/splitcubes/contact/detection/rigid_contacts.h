@@ -261,9 +261,8 @@ class RigidContacts {
     std::vector<Support> supports_;
     std::vector<std::uint32_t> group_of_;  // per mover
     std::vector<Group> groups_;
-    std::vector<Vec3> start_;        // m, per mover: centre before the present corrections
-    std::vector<Vec3> uncorrected_;  // m, the same before all corrections
-    double max_correction_ = 0;      // m, how far corrections may move it
+    std::vector<Vec3> start_;    // m, per mover: centre before corrections
+    double max_correction_ = 0;  // m, how far corrections may move it
     std::vector<Mover> movers_;
     std::vector<Push> pushes_;                                   // per row
     double dt_ = 0;                                              // s

@@ -169,8 +169,8 @@ void RigidContacts::reduce_overlaps(const Task& task) {
     pay_debts(share);
 }
 
-// Takes energy that corrections gave to a group from what it moves against its common rigid motion. Where
-// that is too little, it is not lifted as far.
+// Takes energy that corrections gave to a group from what it moves against its common rigid motion. What does
+// not move is lifted for nothing: it would sink in.
 void RigidContacts::pay_for_lifts(const Task& task) {
     for (const Group& group : groups_) {
         const double owed = energy_of(task, group) - group.energy;
@@ -188,13 +188,6 @@ void RigidContacts::pay_for_lifts(const Task& task) {
             accelerate(mover, (share - 1) * (velocity_of(mover) - common),
                        (share - 1) * (angular_velocity_of(mover) - rate));
         }
-        double lifted = 0;
-        for (const std::uint32_t mover : group.movers)
-            lifted -= mass_of(mover) * task.gravity.dot(centre_of(mover) - uncorrected_[mover]);
-        if (!(owed > deviating) || !(lifted > 0)) continue;
-        const double back = std::min((owed - deviating) / lifted, 1.0);
-        for (const std::uint32_t mover : group.movers)
-            shift(mover, back * (uncorrected_[mover] - centre_of(mover)));
     }
 }
 

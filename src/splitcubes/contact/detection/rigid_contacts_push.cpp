@@ -88,7 +88,9 @@ bool RigidContacts::push_out_of_obstacles(const Task& task, Fragment& fragment) 
 
 // Returns the gap at the end of the step minus the smallest gap that is allowed, m.
 double RigidContacts::remaining_gap(const ContactRow& row, Overlaps overlaps) const {
-    const double depenetration = overlaps == Overlaps::reduce ? row.max_depenetration : 0;
+    const double depenetration = overlaps == Overlaps::reduce
+                                     ? row.max_depenetration
+                                     : tuning::fragments::resting_rate * spacing_ * dt_;
     const Vec3 offset = piece_of(fragments_[row.upper]).world_point(row.own) - lower_point(row) - row.start;
     return row.gap + row.normal.dot(offset) - std::min(row.gap + depenetration, 0.0);
 }
@@ -372,7 +374,6 @@ RigidContacts::Outcome RigidContacts::push(const Task& task) {
     const Outcome before = totals();
     find_end_positions();
     correct_positions(task, Overlaps::keep);
-    uncorrected_ = start_;
     pay_debts(1);
     // Keeps nearly touching contacts, too: moving one corner of a fragment lifts all others.
     std::erase_if(rows_, [&](ContactRow& row) {

@@ -186,6 +186,9 @@ inline constexpr double speculative_share = 0.05;
 inline constexpr double depenetration_share = 0.005;
 /// Share of the depth of such an overlap, 0 to 1, that is removed in addition per step; same effect.
 inline constexpr double depth_share = 0.1;
+/// Spacings per second, 0.05 to 0.5: depenetration that is paid for with relative motion where there is any.
+/// Larger lifts what rests; smaller lets fragments sink into soft surfaces.
+inline constexpr double resting_rate = 0.1;
 /// Share of the energy that impulses and corrections took, 0 to 1, that reducing overlaps may cost. Larger
 /// turns hits of heaps into their expansion; smaller keeps overlaps longer.
 inline constexpr double lifting_share = 0.1;
