@@ -178,7 +178,7 @@ TEST(Neighbourhoods, UpdateEqualsRebuild) {
     }
 }
 
-// What a cut takes from a link is not given back by the balance.
+// The balance does not give a link back what a cut took from it.
 TEST(Neighbourhoods, WeightsAreProportionalToVisibility) {
     const Parallel one(1);
     Specimen body = block(7, 6, 5, 0.05, Material{}, one);

@@ -199,7 +199,7 @@ class RigidContacts {
     void meet_obstacles(const Task& task, std::uint32_t fragment_index);
     meshless::RigidPiece& piece_of(const Fragment& fragment) const;
     double linear_mobility(const ContactRow& row) const;
-    /// What corrections do with overlaps that the step began with.
+    /// Tells whether corrections reduce overlaps that the step began with.
     enum class Overlaps { keep, reduce };
     void find_end_positions();
     Vec3 lower_point(const ContactRow& row) const;

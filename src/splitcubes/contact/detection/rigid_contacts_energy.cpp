@@ -1,4 +1,4 @@
-// What position corrections of rigid fragments cost: angular momentum and energy.
+// This part of RigidContacts accounts for the angular momentum and the energy that position corrections cost.
 #include <splitcubes/contact/detection/rigid_contacts.h>
 #include <splitcubes/contact/detection/tuning.h>
 #include <splitcubes/core/disjoint_sets.h>

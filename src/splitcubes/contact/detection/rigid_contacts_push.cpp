@@ -37,16 +37,8 @@ Vec3 RigidContacts::lower_point(const ContactRow& row) const {
 
 // Returns the sum of the inverse masses of both sides, 1/kg.
 double RigidContacts::linear_mobility(const ContactRow& row) const {
-    const auto of = [](bool held, double mass) { return held || !(mass > 0) ? 0 : 1 / mass; };
-    double sum = of(fragments_[row.upper].held, piece_of(fragments_[row.upper]).mass);
-    if (row.lower >= 0) {
-        const Fragment& lower = fragments_[static_cast<std::size_t>(row.lower)];
-        sum += of(lower.held, piece_of(lower).mass);
-    } else if (row.proxy >= 0) {
-        const PieceProxy& proxy = proxies_[static_cast<std::size_t>(row.proxy)];
-        sum += of(proxy.held, proxy.mass);
-    }
-    return sum;
+    const auto of = [this](std::uint32_t mover) { return is_held(mover) ? 0 : 1 / mass_of(mover); };
+    return of(row.upper) + of(lower_mover(row));
 }
 
 // Returns the signed distance (m, negative inside) and the world normal at the fragment's deepest point.
