@@ -137,12 +137,15 @@ void RigidContacts::list_samples(const ContactFinder& finder, const Parallel& pa
     for (std::vector<Near>& near : near_) near.clear();
     const auto list = [&](std::size_t begin, std::size_t end) {
         for (std::size_t k = begin; k < end; ++k)
-            for (const std::uint32_t ball : grid_.near(positions[k])) {
+            for (const std::uint32_t index : grid_.near(positions[k])) {
+                const SphereGrid::Ball& ball = balls_[index];
+                const double square = (positions[k] - ball.centre).squaredNorm();
+                if (!(square <= ball.radius * ball.radius)) continue;
                 const ContactFinder::SurfaceSample sample = finder.surface_sample(k);
-                const double far = balls_[ball].radius - max_surface_displacement_ +
-                                   max_displacement_of(sample.body, sample.piece);
-                if ((positions[k] - balls_[ball].centre).squaredNorm() <= far * far)
-                    near_[begin / grain].push_back({static_cast<std::uint32_t>(k), ball});
+                const double far =
+                    ball.radius - max_surface_displacement_ + max_displacement_of(sample.body, sample.piece);
+                if (square <= far * far)
+                    near_[begin / grain].push_back({static_cast<std::uint32_t>(k), index});
             }
     };
     parallel.for_chunks(positions.size(), grain, std::cref(list));

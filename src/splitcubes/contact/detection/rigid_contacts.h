@@ -2,6 +2,7 @@
 #pragma once
 
 #include <splitcubes/contact/detection/contact_finder.h>
+#include <splitcubes/contact/detection/rigid_impulses.h>
 #include <splitcubes/contact/detection/sphere_grid.h>
 #include <splitcubes/contact/response/contact.h>
 #include <splitcubes/contact/response/obstacle.h>
@@ -25,8 +26,7 @@ namespace splitcubes::body {
 
 /// Contacts of rigid pieces with elastic pieces and with each other. They are found at the start of a step
 /// and resolved when everything has moved: penetration that arose in the step is undone by moving positions,
-/// and the remaining approach velocity is removed by inelastic impulses with Coulomb friction, found by
-/// projected Gauss-Seidel on the velocities (Erleben 2007).
+/// and the remaining approach velocity is removed by inelastic impulses with Coulomb friction.
 ///
 /// Towards surfaces a rigid piece is its contact points; towards other rigid pieces it is the box around them
 /// in its own frame. An overlap at the start of the step remains but for a slow depenetration. Elastic pieces
@@ -113,26 +113,6 @@ class RigidContacts {
         double gap = 0;               // m, after the step, before positions are corrected
         bool is_moving = false;       // the collider
     };
-    /// Contact as the solver needs it.
-    struct Push {
-        std::uint32_t upper = 0, lower = 0;                 // indices into movers_
-        Vec3 normal = Vec3::UnitZ();                        // from lower to upper
-        Vec3 arm = Vec3::Zero(), lower_arm = Vec3::Zero();  // m, lever arms of the application point
-        // Of a unit impulse along the normal: torque on each side, m; and its change of angular velocity,
-        // 1/(kg m).
-        Vec3 torque = Vec3::Zero(), lower_torque = Vec3::Zero();
-        Vec3 turn = Vec3::Zero(), lower_turn = Vec3::Zero();
-        Vec3 lower_velocity = Vec3::Zero();    // m/s, before the impulses
-        Vec3 surface_velocity = Vec3::Zero();  // m/s, of an obstacle
-        double min_normal_velocity = 0;        // m/s, minimum relative normal velocity after the impulses
-        double friction = 0;                   // Coulomb coefficient
-        double effective_normal_mass = 0;      // kg
-        double tangential_mass = 0;            // kg
-        double normal_impulse = 0;             // N s
-        Vec3 friction_impulse = Vec3::Zero();  // N s
-
-        Vec3 impulse() const { return normal_impulse * normal + friction_impulse; }  // on the upper mover
-    };
     /// Elastic piece as one rigid body.
     struct PieceProxy {
         std::uint32_t body = 0;
@@ -160,19 +140,19 @@ class RigidContacts {
         Vec3 angular_momentum_debt = Vec3::Zero();  // kg m^2/s, taken by position corrections
     };
 
-    /// Body in the impulse solver: fragments, then elastic pieces (their velocities are changes), and last an
-    /// immovable one.
-    struct Mover {
-        double mobility = 0;                   // 1/kg, inverse mass; 0: held
-        Mat3 inverse_inertia = Mat3::Zero();   // 1/(kg m^2), world
-        Vec3 velocity = Vec3::Zero();          // m/s, of the centre
-        Vec3 angular_velocity = Vec3::Zero();  // rad/s
-
-        Vec3 velocity_at(const Vec3& arm) const { return velocity + angular_velocity.cross(arm); }
-        void push(const Vec3& arm, const Vec3& impulse) {
-            velocity += mobility * impulse;
-            angular_velocity += inverse_inertia * arm.cross(impulse);
-        }
+    /// Mover while positions are corrected, which only shifts it.
+    struct Shifted {
+        Vec3 start = Vec3::Zero();     // m, centre before corrections
+        Vec3 by = Vec3::Zero();        // m, since then
+        Vec3 velocity = Vec3::Zero();  // m/s
+        double mobility = 0;           // 1/kg, inverse mass; 0: held
+    };
+    /// Contact of two movers while positions are corrected.
+    struct Correction {
+        std::uint32_t upper = 0, lower = 0;
+        Vec3 normal = Vec3::UnitZ();  // from lower to upper
+        double gap = 0;               // m, remaining_gap before corrections
+        double min_depth = 0;         // m, smaller ones are left
     };
 
     /// Face of a bounding box in its own frame.
@@ -198,7 +178,6 @@ class RigidContacts {
     void meet_fragment(const Task& task, std::uint32_t first, std::uint32_t second);
     void meet_obstacles(const Task& task, std::uint32_t fragment_index);
     meshless::RigidPiece& piece_of(const Fragment& fragment) const;
-    double linear_mobility(const ContactRow& row) const;
     /// Tells whether corrections reduce overlaps that the step began with.
     enum class Overlaps { keep, reduce };
     void find_end_positions();
@@ -225,7 +204,6 @@ class RigidContacts {
     double energy_of(const Task& task, std::uint32_t mover) const;
     void shift(std::uint32_t mover, const Vec3& by);
     void accelerate(std::uint32_t mover, const Vec3& velocity, const Vec3& angular_velocity);
-    bool moves_too_far(std::uint32_t mover, const Vec3& push) const;
     void form_groups(const Task& task);
     meshless::Momenta momenta_of(const Group& group) const;
     double energy_of(const Task& task, const Group& group) const;
@@ -236,13 +214,10 @@ class RigidContacts {
     void record_depth(const Task& task, Fragment& fragment) const;
     bool push_out_of_obstacles(const Task& task, Fragment& fragment);
     double remaining_gap(const ContactRow& row, Overlaps overlaps) const;
-    bool correct_position(const Task& task, const ContactRow& row, Overlaps overlaps);
-    void list_movers();
-    void add_push(ContactRow& row);
-    Vec3 velocity_of(const Push& push) const;
-    void apply_friction(Push& push, double& largest);
-    double solve(Push& push);
-    void solve_all(double fastest);
+    void list_corrections(Overlaps overlaps);
+    bool correct_position(const Task& task, const Correction& correction);
+    std::vector<RigidImpulses::Mover> list_movers() const;
+    void add_impulse(const ContactRow& row);
     void push_fragments();
     Outcome totals() const;
 
@@ -261,10 +236,12 @@ class RigidContacts {
     std::vector<Support> supports_;
     std::vector<std::uint32_t> group_of_;  // per mover
     std::vector<Group> groups_;
-    std::vector<Vec3> start_;    // m, per mover: centre before corrections
-    double max_correction_ = 0;  // m, how far corrections may move it
-    std::vector<Mover> movers_;
-    std::vector<Push> pushes_;                                   // per row
+    std::vector<Shifted> shifted_;  // per mover
+    std::vector<Correction> corrections_;
+    double max_correction_ = 0;  // m, how far corrections may move a mover
+    // Movers: fragments, then elastic pieces (their velocities are changes), and last an immovable one. A
+    // contact for each row.
+    RigidImpulses impulses_;
     double dt_ = 0;                                              // s
     std::vector<meshless::Phyxels*> phyxels_;                    // per body
     std::vector<std::span<const Vec3>> positions_, velocities_;  // per body

@@ -58,6 +58,7 @@ Vec3 RigidContacts::angular_velocity_of(std::uint32_t mover) const {
 }
 
 void RigidContacts::shift(std::uint32_t mover, const Vec3& by) {
+    shifted_[mover].by += by;
     if (mover < fragments_.size())
         piece_of(fragments_[mover]).centre += by;
     else
@@ -74,12 +75,6 @@ void RigidContacts::accelerate(std::uint32_t mover, const Vec3& velocity, const 
         proxies_[mover - fragments_.size()].velocity += velocity;
         proxies_[mover - fragments_.size()].angular_velocity += angular_velocity;
     }
-}
-
-// Returns whether a push (kg m) would move something farther from where corrections began than they may.
-bool RigidContacts::moves_too_far(std::uint32_t mover, const Vec3& push) const {
-    return !is_held(mover) &&
-           (centre_of(mover) + push / mass_of(mover) - start_[mover]).norm() > max_correction_;
 }
 
 // Returns kinetic energy of the rigid motion plus potential energy, J.
@@ -165,7 +160,7 @@ void RigidContacts::reduce_overlaps(const Task& task) {
     for (const Group& group : groups_) after += energy_of(task, group);
     const double share = after - before > budget ? budget / (after - before) : 1;
     for (std::uint32_t mover = 0; mover < mover_count(); ++mover)
-        if (!is_held(mover)) shift(mover, (share - 1) * (centre_of(mover) - start_[mover]));
+        if (!is_held(mover)) shift(mover, (share - 1) * (centre_of(mover) - shifted_[mover].start));
     pay_debts(share);
 }
 

@@ -35,12 +35,6 @@ Vec3 RigidContacts::lower_point(const ContactRow& row) const {
     return row.end_position + proxies_[static_cast<std::size_t>(row.proxy)].shift;
 }
 
-// Returns the sum of the inverse masses of both sides, 1/kg.
-double RigidContacts::linear_mobility(const ContactRow& row) const {
-    const auto of = [this](std::uint32_t mover) { return is_held(mover) ? 0 : 1 / mass_of(mover); };
-    return of(row.upper) + of(lower_mover(row));
-}
-
 // Returns the signed distance (m, negative inside) and the world normal at the fragment's deepest point.
 geometry::SignedDistance::Sample RigidContacts::deepest(const meshless::Obstacle& obstacle,
                                                         const Fragment& fragment) const {
@@ -69,10 +63,11 @@ bool RigidContacts::push_out_of_obstacles(const Task& task, Fragment& fragment) 
         const geometry::SignedDistance::Sample at = deepest(task.obstacles[k], fragment);
         const double correction = fragment.depth[k] - at.distance;
         if (!(correction > 1e-9 * fragment.radius)) continue;
-        piece_of(fragment).centre += correction * at.normal;
+        const auto mover = static_cast<std::uint32_t>(&fragment - fragments_.data());
+        shift(mover, correction * at.normal);
         max_correction_ = std::max(max_correction_, correction);
         if (!task.obstacles[k].after.isApprox(task.obstacles[k].before, 0))
-            groups_[group_of_[static_cast<std::size_t>(&fragment - fragments_.data())]].is_driven = true;
+            groups_[group_of_[mover]].is_driven = true;
         any = true;
     }
     return any;
@@ -87,28 +82,46 @@ double RigidContacts::remaining_gap(const ContactRow& row, Overlaps overlaps) co
     return row.gap + row.normal.dot(offset) - std::min(row.gap + depenetration, 0.0);
 }
 
+// Lists the contacts that can open while nothing moves by more than max_correction_.
+void RigidContacts::list_corrections(Overlaps overlaps) {
+    corrections_.clear();
+    for (const ContactRow& row : rows_) {
+        if (row.lower < 0 && row.proxy < 0) continue;  // an obstacle
+        Correction correction;
+        correction.upper = row.upper;
+        correction.lower = lower_mover(row);
+        const Shifted &upper = shifted_[correction.upper], &lower = shifted_[correction.lower];
+        if (!(upper.mobility + lower.mobility > 0)) continue;
+        correction.normal = row.normal;
+        correction.gap = remaining_gap(row, overlaps) - row.normal.dot(upper.by - lower.by);
+        correction.min_depth = tuning::fragments::negligible_share * row.max_depenetration;
+        if (correction.gap < 2 * max_correction_ && std::isfinite(correction.gap))
+            corrections_.push_back(correction);
+    }
+}
+
 // Undoes the penetration of one contact, as correct_positions does. Returns whether there was one.
-bool RigidContacts::correct_position(const Task& task, const ContactRow& row, Overlaps overlaps) {
-    if (row.lower < 0 && row.proxy < 0) return false;  // an obstacle
-    const double mobility = linear_mobility(row);
-    const double correction = -remaining_gap(row, overlaps);
-    if (!(correction > tuning::fragments::negligible_share * row.max_depenetration) || !(mobility > 0) ||
-        !std::isfinite(correction))
-        return false;
-    const Vec3 push = correction / mobility * row.normal;
-    const std::uint32_t upper = row.upper, lower = lower_mover(row);
-    if (moves_too_far(upper, push) || moves_too_far(lower, -push)) return false;
-    if (!is_held(upper) && !is_held(lower))
-        groups_[group_of_[upper]].angular_momentum_debt -=
-            push.cross(velocity_of(upper) - velocity_of(lower));
-    for (const std::uint32_t mover : {upper, lower}) {
-        const Vec3 own = mover == upper ? push : Vec3(-push);
+bool RigidContacts::correct_position(const Task& task, const Correction& correction) {
+    const Shifted &upper = shifted_[correction.upper], &lower = shifted_[correction.lower];
+    const double depth = -correction.gap - correction.normal.dot(upper.by - lower.by);
+    if (!(depth > correction.min_depth)) return false;
+    const Vec3 push = depth / (upper.mobility + lower.mobility) * correction.normal;
+    const auto moves_too_far = [&](const Shifted& mover, double sign) {
+        return (mover.by + sign * mover.mobility * push).squaredNorm() > max_correction_ * max_correction_ &&
+               mover.mobility > 0;
+    };
+    if (moves_too_far(upper, 1) || moves_too_far(lower, -1)) return false;
+    if (upper.mobility > 0 && lower.mobility > 0)
+        groups_[group_of_[correction.upper]].angular_momentum_debt -=
+            push.cross(upper.velocity - lower.velocity);
+    for (const std::uint32_t mover : {correction.upper, correction.lower}) {
         if (mover < fragments_.size()) {
             Fragment& fragment = fragments_[mover];
             if (!fragment.pushed) record_depth(task, fragment);
             fragment.pushed = true;
         }
-        if (!is_held(mover)) shift(mover, own / mass_of(mover));
+        const double sign = mover == correction.upper ? 1 : -1;
+        if (shifted_[mover].mobility > 0) shift(mover, sign * shifted_[mover].mobility * push);
     }
     return true;
 }
@@ -117,16 +130,25 @@ bool RigidContacts::correct_position(const Task& task, const ContactRow& row, Ov
 // only. Elastic pieces move as a whole: moving only their surface would add strain energy. Nothing moves
 // farther than the deepest penetration: a fragment between surfaces that close on it would be thrown.
 void RigidContacts::correct_positions(const Task& task, Overlaps overlaps) {
-    start_.clear();
-    for (std::uint32_t mover = 0; mover < mover_count(); ++mover) start_.push_back(centre_of(mover));
+    shifted_.assign(mover_count(), {});
+    for (std::uint32_t mover = 0; mover < mover_count(); ++mover) {
+        Shifted& shifted = shifted_[mover];
+        shifted.start = centre_of(mover);
+        if (is_held(mover) && !(mass_of(mover) > 0)) continue;
+        shifted.velocity = velocity_of(mover);
+        if (!is_held(mover)) shifted.mobility = 1 / mass_of(mover);
+    }
     max_correction_ = 0;
     for (const ContactRow& row : rows_)
         if (row.lower >= 0 || row.proxy >= 0)
             max_correction_ = std::max(max_correction_, -remaining_gap(row, overlaps));
+    double listed = -1;  // max_correction_ of the list
     bool any = true;
     for (int iteration = 0; iteration < tuning::fragments::max_position_iterations && any; ++iteration) {
+        if (max_correction_ > listed) list_corrections(overlaps);
+        listed = max_correction_;
         any = false;
-        for (const ContactRow& row : rows_) any = correct_position(task, row, overlaps) || any;
+        for (const Correction& correction : corrections_) any = correct_position(task, correction) || any;
         for (Fragment& fragment : fragments_)
             if (fragment.pushed && !fragment.held) any = push_out_of_obstacles(task, fragment) || any;
         any = lift_from_supports() || any;
@@ -202,11 +224,11 @@ void RigidContacts::meet_obstacles(const Task& task, std::uint32_t fragment_inde
     }
 }
 
-void RigidContacts::list_movers() {
-    movers_.assign(fragments_.size() + proxies_.size() + 1, {});
+std::vector<RigidImpulses::Mover> RigidContacts::list_movers() const {
+    std::vector<RigidImpulses::Mover> movers(mover_count() + 1);
     for (std::size_t k = 0; k < fragments_.size(); ++k) {
         const RigidPiece& piece = piece_of(fragments_[k]);
-        Mover& mover = movers_[k];
+        RigidImpulses::Mover& mover = movers[k];
         const Mat3 inverse_inertia = piece.inverse_inertia();
         mover.velocity = piece.velocity();
         mover.angular_velocity = inverse_inertia * piece.angular_momentum;
@@ -216,135 +238,50 @@ void RigidContacts::list_movers() {
     }
     for (std::size_t k = 0; k < proxies_.size(); ++k) {
         const PieceProxy& proxy = proxies_[k];
-        Mover& mover = movers_[fragments_.size() + k];
+        RigidImpulses::Mover& mover = movers[fragments_.size() + k];
         mover.velocity = proxy.velocity;
         mover.angular_velocity = proxy.angular_velocity;
         if (proxy.held || !(proxy.mass > 0)) continue;
         mover.mobility = 1 / proxy.mass;
         mover.inverse_inertia = proxy.inverse_inertia;
     }
+    return movers;
 }
 
-void RigidContacts::add_push(ContactRow& row) {
-    Push push;
-    push.upper = row.upper;
-    push.lower = static_cast<std::uint32_t>(movers_.size() - 1);
-    push.normal = row.normal;
-    push.arm = row.point - piece_of(fragments_[row.upper]).centre;
-    if (row.lower >= 0) {
-        push.lower = static_cast<std::uint32_t>(row.lower);
-        push.lower_arm = row.point - piece_of(fragments_[push.lower]).centre;
-    } else if (row.proxy >= 0) {
-        const PieceProxy& proxy = proxies_[static_cast<std::size_t>(row.proxy)];
-        push.lower = static_cast<std::uint32_t>(fragments_.size()) + static_cast<std::uint32_t>(row.proxy);
-        push.lower_arm = row.point - proxy.moved_centre();
-        push.lower_velocity =
-            meshless::side_value(row.side, velocities_) + proxy.end_angular_velocity.cross(row.lower_own);
+void RigidContacts::add_impulse(const ContactRow& row) {
+    RigidImpulses::Contact contact;
+    contact.upper = row.upper;
+    contact.lower = mover_count();
+    contact.normal = row.normal;
+    contact.arm = row.point - piece_of(fragments_[row.upper]).centre;
+    if (row.lower >= 0 || row.proxy >= 0) {
+        contact.lower = lower_mover(row);
+        contact.lower_arm = row.point - centre_of(contact.lower);
     }
-    const Mover &upper = movers_[push.upper], &lower = movers_[push.lower];
-    push.torque = push.arm.cross(row.normal);
-    push.lower_torque = push.lower_arm.cross(row.normal);
-    push.turn = upper.inverse_inertia * push.torque;
-    push.lower_turn = lower.inverse_inertia * push.lower_torque;
-    const Mat3 mobility = mobility_at(upper.mobility, upper.inverse_inertia, push.arm) +
-                          mobility_at(lower.mobility, lower.inverse_inertia, push.lower_arm);
-    const double normal = row.normal.dot(mobility * row.normal);
-    // Overestimates the mobility along both tangents: too small an impulse still only removes energy.
-    const double along = mobility.trace() - normal;
-    push.effective_normal_mass = normal > 0 ? 1 / normal : 0;
-    push.tangential_mass = along > 0 ? 1 / along : 0;
-    push.surface_velocity = row.surface_velocity;
-    push.min_normal_velocity = row.min_normal_velocity;
-    push.friction = row.friction;
-    pushes_.push_back(push);
-}
-
-// Returns the relative velocity (m/s) at the contact point, upper minus lower, without the surface velocity
-// of obstacles.
-Vec3 RigidContacts::velocity_of(const Push& push) const {
-    return movers_[push.upper].velocity_at(push.arm) - movers_[push.lower].velocity_at(push.lower_arm) -
-           push.lower_velocity;
-}
-
-// Applies friction after the normal impulse is known. largest: m/s, maximum change of velocity so far.
-void RigidContacts::apply_friction(Push& push, double& largest) {
-    Vec3 sliding_velocity = velocity_of(push) - push.surface_velocity;
-    sliding_velocity -= push.normal * push.normal.dot(sliding_velocity);
-    Vec3 friction_impulse = push.friction_impulse - push.tangential_mass * sliding_velocity;
-    const double limit = push.friction * push.normal_impulse, size = friction_impulse.norm();
-    if (size > limit) friction_impulse *= limit / size;
-    const Vec3 change = friction_impulse - push.friction_impulse;
-    push.friction_impulse = friction_impulse;
-    movers_[push.upper].push(push.arm, change);
-    movers_[push.lower].push(push.lower_arm, -change);
-    largest = std::max(largest, change.norm() / push.tangential_mass);
-}
-
-// Solves one contact and returns its largest change of velocity, m/s.
-double RigidContacts::solve(Push& push) {
-    if (!(push.effective_normal_mass > 0)) return 0;
-    Mover &upper = movers_[push.upper], &lower = movers_[push.lower];
-    const double velocity =
-        push.normal.dot(upper.velocity - lower.velocity - push.lower_velocity - push.surface_velocity) +
-        push.torque.dot(upper.angular_velocity) - push.lower_torque.dot(lower.angular_velocity);
-    const double normal_impulse = std::max(
-        0.0, push.normal_impulse + push.effective_normal_mass * (push.min_normal_velocity - velocity));
-    const double change = normal_impulse - push.normal_impulse;
-    push.normal_impulse = normal_impulse;
-    if (change != 0) {
-        upper.velocity += change * upper.mobility * push.normal;
-        upper.angular_velocity += change * push.turn;
-        lower.velocity -= change * lower.mobility * push.normal;
-        lower.angular_velocity -= change * push.lower_turn;
-    }
-    double largest = std::abs(change) / push.effective_normal_mass;
-    if ((normal_impulse > 0 || !push.friction_impulse.isZero(0)) && push.tangential_mass > 0)
-        apply_friction(push, largest);
-    return largest;
-}
-
-// Iterates over the contacts, forwards and backwards in turn. Where surfaces close on a fragment from two
-// sides, no impulse on whole pieces can separate them, and iterations would only increase the impulses: they
-// end when little is left and they no longer help.
-void RigidContacts::solve_all(double fastest) {
-    const auto is_proxy = [this](const Push& push) {
-        return push.lower >= fragments_.size() && push.lower + 1 < movers_.size();
-    };
-    double proxy_change = 0, other_change = 0, before = std::numeric_limits<double>::infinity();
-    for (int iteration = 0; iteration < tuning::fragments::max_velocity_iterations; ++iteration) {
-        double largest = 0;
-        for (std::size_t k = 0; k < pushes_.size(); ++k) {
-            Push& push = pushes_[iteration % 2 == 0 ? k : pushes_.size() - 1 - k];
-            const double change = solve(push);
-            double& max_change = is_proxy(push) ? proxy_change : other_change;
-            max_change = std::max(max_change, change);
-            largest = std::max(largest, change);
-        }
-        if (!(largest > tuning::fragments::converged_share * fastest)) break;
-        if (iteration % tuning::fragments::stagnation_check_interval !=
-            tuning::fragments::stagnation_check_interval - 1)
-            continue;
-        if (proxy_change > other_change && proxy_change < tuning::fragments::stagnation_share * fastest &&
-            proxy_change > tuning::fragments::stagnation_ratio * before)
-            break;
-        before = proxy_change;
-        proxy_change = other_change = 0;
-    }
+    if (row.proxy >= 0)
+        contact.lower_velocity =
+            meshless::side_value(row.side, velocities_) +
+            proxies_[static_cast<std::size_t>(row.proxy)].end_angular_velocity.cross(row.lower_own);
+    contact.surface_velocity = row.surface_velocity;
+    contact.min_normal_velocity = row.min_normal_velocity;
+    contact.friction = row.friction;
+    impulses_.add(contact);
 }
 
 // Applies the impulses to both sides, equal and opposite, so momenta are conserved.
 void RigidContacts::push_fragments() {
     for (std::size_t k = 0; k < rows_.size(); ++k) {
         const ContactRow& row = rows_[k];
-        const Vec3 impulse = pushes_[k].impulse();
+        const Vec3 impulse = impulses_.impulse(k);
         if (!fragments_[row.upper].held) piece_of(fragments_[row.upper]).push(row.point, impulse);
         if (row.lower < 0) continue;
         const Fragment& lower = fragments_[static_cast<std::size_t>(row.lower)];
         if (!lower.held) piece_of(lower).push(row.point, -impulse);
     }
     for (std::size_t k = 0; k < proxies_.size(); ++k) {
-        proxies_[k].velocity = movers_[fragments_.size() + k].velocity;
-        proxies_[k].angular_velocity = movers_[fragments_.size() + k].angular_velocity;
+        const RigidImpulses::Mover& mover = impulses_.movers()[fragments_.size() + k];
+        proxies_[k].velocity = mover.velocity;
+        proxies_[k].angular_velocity = mover.angular_velocity;
     }
 }
 
@@ -380,15 +317,10 @@ RigidContacts::Outcome RigidContacts::push(const Task& task) {
     std::stable_sort(rows_.begin(), rows_.end(), [&](const ContactRow& a, const ContactRow& b) {
         return task.gravity.dot(a.point) > task.gravity.dot(b.point);
     });
-    list_movers();
-    pushes_.clear();
-    double fastest = 0;
-    for (ContactRow& row : rows_) {
-        add_push(row);
-        fastest = std::max(fastest, (velocity_of(pushes_.back()) - row.surface_velocity).norm());
-    }
-    solve_all(fastest);
-    for (const Push& one : pushes_) outcome.contacts += one.normal_impulse > 0;
+    impulses_.reset(list_movers());
+    for (const ContactRow& row : rows_) add_impulse(row);
+    impulses_.solve(static_cast<std::uint32_t>(fragments_.size()), mover_count());
+    outcome.contacts = impulses_.active();
     push_fragments();
     reduce_overlaps(task);
     pay_for_lifts(task);

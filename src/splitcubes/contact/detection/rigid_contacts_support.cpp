@@ -46,13 +46,14 @@ void RigidContacts::measure_supports() {
 bool RigidContacts::lift_from_supports() {
     bool any = false;
     for (const Support& support : supports_) {
-        PieceProxy& proxy = proxies_[support.proxy];
+        const PieceProxy& proxy = proxies_[support.proxy];
         if (proxy.held || !(proxy.mass > 0)) continue;
         const double correction = std::min(support.gap, 0.0) - support.gap - support.normal.dot(proxy.shift);
         if (!(correction > tuning::fragments::negligible_share * spacing_)) continue;
-        proxy.shift += correction * support.normal;
+        const auto mover = static_cast<std::uint32_t>(fragments_.size()) + support.proxy;
+        shift(mover, correction * support.normal);
         max_correction_ = std::max(max_correction_, correction);
-        if (support.is_moving) groups_[group_of_[fragments_.size() + support.proxy]].is_driven = true;
+        if (support.is_moving) groups_[group_of_[mover]].is_driven = true;
         any = true;
     }
     return any;

@@ -213,12 +213,13 @@ inline constexpr int max_position_iterations = 30;
 inline constexpr int max_velocity_iterations = 200;
 /// Share of the fastest approach, 1e-5 to 0.01: smaller changes of velocity end the iterations.
 inline constexpr double converged_share = 1e-3;
-/// Share of the fastest approach, above converged_share: smaller changes end the iterations, too, once they
-/// stagnate, as where a surface closes on a fragment from two sides.
-inline constexpr double stagnation_share = 0.02;
+/// Share of the other changes, 0.1 to 1, that those at contacts with elastic pieces exceed where iterations
+/// stagnate, as where surfaces close on a fragment from two sides. Larger iterates longer in vain; smaller
+/// gives up heaps that lie on soft pieces.
+inline constexpr double stagnation_share = 0.3;
 /// Iterations stagnate if stagnation_check_interval of them leave more than this share of the changes, 0 to
 /// 1. Larger iterates longer in vain, smaller gives up early.
-inline constexpr double stagnation_ratio = 0.75;
+inline constexpr double stagnation_ratio = 0.8;
 /// Iterations between checks for stagnation, 2 to 50.
 inline constexpr int stagnation_check_interval = 10;
 

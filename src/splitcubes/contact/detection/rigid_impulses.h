@@ -1,0 +1,78 @@
+// Impulses between rigid bodies.
+#pragma once
+
+#include <splitcubes/math/types.h>
+
+#include <cstdint>
+#include <vector>
+
+namespace splitcubes::body {
+
+/// Finds inelastic impulses with Coulomb friction at the contacts of rigid bodies by projected Gauss-Seidel on
+/// the velocities (Erleben 2007). Runs on one thread.
+class RigidImpulses {
+  public:
+    struct Mover {
+        double mobility = 0;                   // 1/kg, inverse mass; 0: held
+        Mat3 inverse_inertia = Mat3::Zero();   // 1/(kg m^2), world
+        Vec3 velocity = Vec3::Zero();          // m/s, of the centre
+        Vec3 angular_velocity = Vec3::Zero();  // rad/s
+
+        Vec3 velocity_at(const Vec3& arm) const { return velocity + angular_velocity.cross(arm); }
+        void push(const Vec3& arm, const Vec3& impulse) {
+            velocity += mobility * impulse;
+            angular_velocity += inverse_inertia * arm.cross(impulse);
+        }
+    };
+    struct Contact {
+        std::uint32_t upper = 0, lower = 0;                 // indices of movers
+        Vec3 normal = Vec3::UnitZ();                        // from lower to upper
+        Vec3 arm = Vec3::Zero(), lower_arm = Vec3::Zero();  // m, lever arms of the application point
+        Vec3 lower_velocity = Vec3::Zero();    // m/s, of the lower side beyond the motion of its mover
+        Vec3 surface_velocity = Vec3::Zero();  // m/s, of an obstacle
+        double min_normal_velocity = 0;        // m/s, minimum relative normal velocity after the impulses
+        double friction = 0;                   // Coulomb coefficient
+    };
+
+    /// Forgets all contacts and sets the movers.
+    void reset(std::vector<Mover> movers);
+    void add(const Contact& contact);
+    /// Iterates over the contacts. first_piece, end_piece: range of the movers that stand for elastic pieces.
+    void solve(std::uint32_t first_piece, std::uint32_t end_piece);
+
+    const std::vector<Mover>& movers() const { return movers_; }
+    /// Returns the impulse on the upper mover of a contact, N s.
+    Vec3 impulse(std::size_t contact) const;
+    /// Returns the number of contacts with an impulse.
+    std::size_t active() const;
+
+  private:
+    /// What the normal impulse takes. Most contacts need nothing else.
+    struct Row {
+        std::uint32_t upper = 0, lower = 0;
+        Vec3 normal = Vec3::UnitZ();
+        Vec3 torque = Vec3::Zero(), lower_torque = Vec3::Zero();  // m, of a unit impulse on each side
+        double min_velocity = 0;  // m/s, minimum normal velocity of the movers after the impulses
+        double mass = 0;          // kg, effective
+        double impulse = 0;       // N s
+    };
+    /// What is needed once there is an impulse.
+    struct Rest {
+        Vec3 turn = Vec3::Zero(), lower_turn = Vec3::Zero();  // 1/(kg m), angular velocity of a unit impulse
+        Vec3 arm = Vec3::Zero(), lower_arm = Vec3::Zero();    // m
+        Vec3 velocity = Vec3::Zero();  // m/s, of the lower side beyond the motion of its mover
+        double friction = 0;           // Coulomb coefficient
+        double tangential_mass = 0;    // kg
+        Vec3 impulse = Vec3::Zero();   // N s, friction
+    };
+
+    double solve(std::size_t k);
+    double apply_friction(const Row& row, Rest& rest);
+
+    std::vector<Mover> movers_;
+    std::vector<Row> rows_;
+    std::vector<Rest> rest_;  // per row
+    double fastest_ = 0;      // m/s, largest relative velocity before the impulses
+};
+
+}  // namespace splitcubes::body
