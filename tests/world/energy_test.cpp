@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <string>
 
 namespace splitcubes::laws {
@@ -172,6 +173,55 @@ TEST(Energy, AHangingBodyOfThinPartsIsCutByExplicitSteps) {
     const double fallen = total_mass(body.phyxels()) * 9.81 * 0.5 * 9.81 * 0.8 * 0.8;  // m g h, J
     EXPECT_LT(course.max_energy, course.first + 0.02 * fallen);
     EXPECT_LT(course.top_speed, 9.81 * 0.8 + 2);
+}
+
+/// Largest rise of the energy over its lowest value so far, as a share of the largest motion and strain.
+double largest_gain(body::World& world, int steps) {
+    double lowest = std::numeric_limits<double>::infinity(), gain = 0, most = 0;
+    for (int step = 0; step < steps; ++step) {
+        const body::StepTotals totals = world.step().totals;
+        const double inner = totals.kinetic_energy + totals.elastic_energy + totals.contact_energy;
+        most = std::max(most, inner);
+        lowest = std::min(lowest, inner + totals.potential_energy);
+        gain = std::max(gain, inner + totals.potential_energy - lowest);
+    }
+    return gain / most;
+}
+
+body::BodySettings sagging(double modulus) {
+    body::BodySettings block = soft(0.012, 260);
+    block.material.youngs_modulus = modulus;
+    block.material.poisson_ratio = 0.4;
+    return block;
+}
+
+// Their own weight strains them unevenly, by a fifth and more.
+TEST(Energy, CutsOfHangingBodiesAddNone) {
+    for (const SolverKind kind : {SolverKind::explicit_steps, SolverKind::implicit_steps})
+        for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+            body::WorldSettings settings = settings_of(kind, 1.0 / 60);
+            settings.gravity = Vec3(0, 0, -9.81);
+            settings.contact.pieces = false;
+            body::World world(settings, threads(2));
+            body::Body& body = world.add_body(geometry::make_box(Vec3(0.12, 0.08, 0.16)), sagging(2e3));
+            body.add_constraint(hold_beyond({0, 0, 0.06}, Vec3::UnitZ()));
+            add_random_blades(world, 24, 0.08, 0.2, 0.9, seed);
+            EXPECT_LT(largest_gain(world, 60), 0.02) << "seed " << seed << ", kind " << int(kind);
+        }
+}
+
+TEST(Energy, CutsOfBodiesOnTheGroundAddNone) {
+    for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+        body::WorldSettings settings = settings_of(SolverKind::implicit_steps, 1.0 / 60);
+        settings.gravity = Vec3(0, 0, -9.81);
+        settings.contact.pieces = false;
+        settings.ground = meshless::GroundPlane{Vec3::UnitZ(), -0.085, 0.5};
+        body::World world(settings, threads(2));
+        world.add_body(geometry::make_box(Vec3(0.12, 0.12, 0.16)), sagging(1e4));
+        add_random_blades(world, 8, 0.08, 0.3, 0.8, seed);
+        // Contact forces still lift what a cut moved into the ground.
+        EXPECT_LT(largest_gain(world, 60), 0.05) << "seed " << seed;
+    }
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <splitcubes/body_samples/ligaments.h>
 #include <splitcubes/core/error.h>
 #include <splitcubes/core/state_hash.h>
+#include <splitcubes/dynamics/cut_relaxation.h>
 #include <splitcubes/dynamics/time_integrator.h>
 #include <splitcubes/fracture/tearing.h>
 #include <splitcubes/geometry/shape_frame.h>
@@ -75,6 +76,7 @@ Body::Body(AtRest made, const Parallel& parallel)
       occluders_(grid_.rest()),
       samples_(criterion_of(settings_)),
       solver_(std::make_unique<meshless::TimeIntegrator>()),
+      relaxation_(std::make_unique<meshless::CutRelaxation>()),
       boundary_(settings_.pose) {
     check_settings(settings_);
     meshless::check_material(settings_.material, "body '" + settings_.name + "' material");

@@ -28,6 +28,7 @@ class Blade;
 struct SweptBlade;
 }  // namespace cutting
 namespace meshless {
+class CutRelaxation;
 struct HandleSpring;
 struct SolverReport;
 struct StepInput;
@@ -110,6 +111,12 @@ class Body {
     void update_node_frames(const StepContext& context, StepReport& report);
     /// Moves the surface's vertices with the node frames.
     void move_surface(const StepContext& context);
+    /// Draws a vertex at a position, m, world, until the surface moves again.
+    void draw_vertex(std::uint32_t vertex, const Vec3& position) {
+        surface_motion_.set_position(vertex, position);
+    }
+    /// Takes vertices back to where the node frames put them.
+    void draw_as_moved(const Parallel& parallel);
     /// Chooses the contact samples of a changed surface and adds the body's sums to the report.
     void finish_surface(const StepContext& context, StepReport& report);
 
@@ -195,6 +202,7 @@ class Body {
     void resample_splits(const StepContext& context, TopologyChange& change, StepReport& report);
     void sample_small_parts(const Parallel& parallel);
     void update_links(const Parallel& parallel, TopologyChange& change);
+    void relax_cut(const StepContext& context);
     SampleContext sample_context(const Parallel& parallel) const {
         return {grid_, *pieces_, occluders_.grid(), inside_, settings_.material, settings_.pose, parallel};
     }
@@ -210,6 +218,7 @@ class Body {
     MaterialNodes inside_;
     ElasticSamples samples_;
     std::unique_ptr<meshless::TimeIntegrator> solver_;
+    std::unique_ptr<meshless::CutRelaxation> relaxation_;
 
     std::unique_ptr<NodeMotion> motion_;
     LatticeNodeMotion* lattice_ = nullptr;  // motion_ if a deformation model moves the nodes; else null

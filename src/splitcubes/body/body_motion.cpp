@@ -85,6 +85,11 @@ void Body::move_surface(const StepContext& context) {
     surface_motion_.update(*surface_, grid_.rest(), motion_->tracker(), motion_->frames(), context.parallel);
 }
 
+void Body::draw_as_moved(const Parallel& parallel) {
+    if (surface_motion_.has_set_positions())
+        surface_motion_.update(*surface_, grid_.rest(), motion_->tracker(), motion_->frames(), parallel);
+}
+
 void Body::finish_surface(const StepContext& context, StepReport& report) {
     if (context.contacts && sampler_.revision() != surface_->revision())
         sampler_.rebuild(grid_, *surface_, *pieces_, samples_.spacing, context.parallel);

@@ -6,6 +6,7 @@
 #include <splitcubes/body_samples/resampling.h>
 #include <splitcubes/body_samples/rigid_outline.h>
 #include <splitcubes/body_samples/topology_change.h>
+#include <splitcubes/dynamics/cut_relaxation.h>
 #include <splitcubes/node_motion/node_motion.h>
 #include <splitcubes/splitting/surface.h>
 
@@ -122,9 +123,21 @@ void Body::update_links(const Parallel& parallel, TopologyChange& change) {
     change.dirty_pairs.clear();
 }
 
+// Takes away elastic energy that the new neighbourhoods would add. There is none before the first step.
+void Body::relax_cut(const StepContext& context) {
+    if (!(context.dt > 0) || lattice_ || !(samples_.phyxels.history_step > 0)) return;
+    // Those of begin_step are not in a checkpoint.
+    const std::span<const std::uint8_t> held =
+        boundary_.held_among(samples_.phyxels, context.time - context.dt, context.parallel);
+    relaxation_->relax(samples_.phyxels, samples_.neighbourhoods, settings_.material, held,
+                       static_cast<int>(pieces_->count()), context.parallel);
+}
+
 void Body::rebuild_neighbourhoods(const StepContext& context, TopologyChange& change) {
     motion_->edges_cut(grid_, change.crossings);
+    const bool is_relinked = !change.dirty_pairs.empty() || change.volumes_changed;
     update_links(context.parallel, change);
+    if (is_relinked) relax_cut(context);
     motion_->tracker().let_sleep();
     motion_->tracker().refresh(tracker_context(context.parallel));
 }

@@ -202,6 +202,23 @@ inline constexpr int further_newton_solves = 2;
 
 }  // namespace energy
 
+/// Relaxation of what a cut adds to the elastic energy (cut_relaxation.cpp).
+namespace relaxation {
+
+/// Share of the elastic energy of a piece that a cut may add, 1e-5 to 1e-2. Larger lets energy in; smaller
+/// costs time where rounding or hardly any energy is relaxed.
+inline constexpr double tolerance = 1e-3;
+/// Maximum number of linearisations of the energy, 2 to 20. Fewer leave energy where strains are large; more
+/// cost time.
+inline constexpr int max_rounds = 6;
+/// Maximum number of iterations of conjugate gradients for each, 4 to 50; the same trade.
+inline constexpr int max_iterations = 12;
+/// Halvings of a displacement that raised the energy, 1 to 5, before the piece is given up. Fewer give up
+/// early; more cost time.
+inline constexpr int max_halvings = 3;
+
+}  // namespace relaxation
+
 /// Substeps of explicit steps (explicit_solver.cpp).
 namespace explicit_steps {
 

@@ -29,6 +29,7 @@ void SurfaceMotion::update(const splitting::Surface& surface, const geometry::Re
         motion_[k] = geometry::AffineDisplacement(tracker.rest_positions()[node], frames[node]);
     });
     splitting::deform(surface, rest, motion_, positions_, normals_, parallel);
+    has_set_positions_ = false;
 }
 
 }  // namespace splitcubes::body

@@ -34,6 +34,13 @@ class SurfaceMotion {
     void update(const splitting::Surface& surface, const geometry::RestGrid& rest, const NodeTracker& tracker,
                 std::span<const geometry::Frame> frames, const Parallel& parallel);
 
+    /// Puts a vertex elsewhere, m, world, until the next update.
+    void set_position(std::uint32_t vertex, const Vec3& position) {
+        positions_[vertex] = position;
+        has_set_positions_ = true;
+    }
+    bool has_set_positions() const { return has_set_positions_; }
+
     /// Per surface vertex, world frame, as of the last update. Positions in m.
     const std::vector<Vec3>& positions() const { return positions_; }
     const std::vector<Vec3>& normals() const { return normals_; }
@@ -44,6 +51,7 @@ class SurfaceMotion {
     std::vector<std::uint32_t> tracked_;                // per surface node: its tracker index
     std::vector<geometry::AffineDisplacement> motion_;  // per surface node, of this step
     std::vector<Vec3> positions_, normals_;             // per vertex
+    bool has_set_positions_ = false;                    // since the last update
 };
 
 }  // namespace splitcubes::body

@@ -83,6 +83,7 @@ StepReport World::step() {
     const StepContext context{
         time(),    settings_.time_step, settings_.gravity, settings_.ground,
         obstacles, settings_.solver,    *parallel_,        settings_.contact.pieces || !colliders_.empty()};
+    for (auto& body : bodies_) body->draw_as_moved(*parallel_);
     StepReport report;
     Stopwatch watch;
     const auto done = [&](Stage stage) { report.stage_seconds(stage) += watch.lap(); };
@@ -90,9 +91,7 @@ StepReport World::step() {
     std::vector<std::vector<cutting::SweptBlade>> swept(tools_.size());
     if (step_count_ > 0)
         for (std::size_t k = 0; k < tools_.size(); ++k)
-            swept[k] = cutting::sweep(
-                tools_[k].blade,
-                settings_.start_time + static_cast<double>(step_count_ - 1) * settings_.time_step, time());
+            swept[k] = cutting::sweep(tools_[k].blade, step_start(step_count_ - 1), time());
     done(Stage::move_tools);
 
     report.tools.resize(tools_.size());
@@ -139,6 +138,7 @@ StepReport World::step() {
         rigid_contacts_->find(rigid(), *contact_finder_, contact_islands_, *parallel_);
     done(Stage::detect_contacts);
     begin_hits(views);
+    begin_overlaps(context, report);
     integrate(context, report);
     if (settings_.contact.pieces) {
         views = views_of(bodies_);  // with what constraints hold in this step
@@ -171,11 +171,23 @@ StepReport World::step() {
     return report;
 }
 
+// Moves surfaces that a cut changed, so that what it moved is not taken for motion of the step.
+void World::begin_overlaps(const StepContext& context, StepReport& report) {
+    if (colliders_.empty()) return;
+    for (std::size_t b = 0; b < bodies_.size(); ++b) {
+        if (topology_changes_[b].cells.empty()) continue;
+        bodies_[b]->update_node_frames(context, report);
+        bodies_[b]->move_surface(context);
+    }
+    const std::vector<BodyView> views = views_of(bodies_);
+    collider_overlaps_->begin({views, colliders_, time(), settings_.time_step}, context.parallel);
+}
+
 // Lifts pieces out of colliders and moves their surfaces along.
 void World::undo_overlaps(const StepContext& context, StepReport& report) {
     const std::vector<BodyView> views = views_of(bodies_);
-    const ColliderOverlaps::Outcome lifted =
-        collider_overlaps_->undo({views, colliders_, time(), settings_.time_step}, context.parallel);
+    const ColliderOverlaps::Task task{views, colliders_, time(), settings_.time_step};
+    const ColliderOverlaps::Outcome lifted = collider_overlaps_->undo(task, context.parallel);
     report.totals.kinetic_energy += lifted.kinetic_energy;
     report.totals.momentum += lifted.momentum;
     report.totals.angular_momentum += lifted.angular_momentum;
@@ -185,6 +197,16 @@ void World::undo_overlaps(const StepContext& context, StepReport& report) {
         bodies_[b]->update_node_frames(context, report);
         bodies_[b]->move_surface(context);
     }
+    draw_on_colliders(time());
+}
+
+// Draws vertices where colliders allow it. start: s, of the step at whose end the surfaces are.
+void World::draw_on_colliders(double start) {
+    const std::vector<BodyView> views = views_of(bodies_);
+    const ColliderOverlaps::Task task{views, colliders_, start, settings_.time_step};
+    for (std::size_t b = 0; b < bodies_.size(); ++b)
+        for (const ColliderOverlaps::Drawn& drawn : collider_overlaps_->drawn(task, b, *parallel_))
+            bodies_[b]->draw_vertex(drawn.vertex, drawn.position);
 }
 
 geometry::SurfaceMesh World::surface_mesh() const {
@@ -244,6 +266,7 @@ void World::load(StateReader& reader) {
         read_numbers(reader, count, tool.last_normal, "a tool with an invalid normal");
     }
     for (auto& body : bodies_) body->load(reader, *parallel_);
+    if (step_count_ > 0) draw_on_colliders(step_start(step_count_ - 1));
     for (const auto& body : bodies_)
         require_state(body->step_count() <= step_count_, "a body with more steps than the world");
 }

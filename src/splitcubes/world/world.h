@@ -115,8 +115,10 @@ class World {
     /// the blade passed.
     StepReport step();
 
-    double time() const {
-        return settings_.start_time + static_cast<double>(step_count_) * settings_.time_step;
+    double time() const { return step_start(step_count_); }
+    /// Returns the time at the start of a step, s.
+    double step_start(std::int64_t step) const {
+        return settings_.start_time + static_cast<double>(step) * settings_.time_step;
     }
     std::int64_t step_count() const { return step_count_; }
     const WorldSettings& settings() const { return settings_; }
@@ -149,7 +151,9 @@ class World {
     HitTask hit_task(std::span<const BodyView> views) const;
     void begin_hits(std::span<const BodyView> views);
     void finish_hits(StepReport& report);
+    void begin_overlaps(const StepContext& context, StepReport& report);
     void undo_overlaps(const StepContext& context, StepReport& report);
+    void draw_on_colliders(double start);
     void integrate(const StepContext& context, StepReport& report);
     void integrate_island(const ContactIsland& island, const StepContext& context, StepReport& report);
     void step_together(const ContactIsland& island, const meshless::ContactInput& contacts,

@@ -27,11 +27,26 @@ double allowed_depth(const BodyView& body) {
 
 }  // namespace
 
-// Lists the vertices near colliders, by piece, if there is one that lies too deep.
-void ColliderOverlaps::list_near(const Task& task, const BodyView& body, const Parallel& parallel) {
+void ColliderOverlaps::take_poses(const Task& task) {
+    poses_.clear();
+    for (const Collider& collider : task.colliders) poses_.emplace_back(collider, task.time, task.dt);
+}
+
+// Lists the vertices near colliders, ascending. kept: depths that vertices may have; others may have
+// allowed_depth.
+void ColliderOverlaps::list_near(const Task& task, std::size_t index, Time time, std::span<const Depth> kept,
+                                 const Parallel& parallel) {
+    const BodyView& body = task.bodies[index];
     const std::span<const Vec3> positions = body.surface_motion.positions();
     const std::vector<splitting::SurfaceVertex>& vertices = body.surface.vertices();
     const double margin = tuning::overlaps::near_share * body.spacing;
+    const auto depth_of = [&](std::uint32_t vertex) {
+        const auto found = std::lower_bound(kept.begin(), kept.end(), vertex,
+                                            [](const Depth& a, std::uint32_t v) { return a.vertex < v; });
+        const bool is_kept = found != kept.end() && found->vertex == vertex;
+        const double most = tuning::overlaps::max_kept_share * body.spacing;
+        return is_kept ? std::clamp(found->depth, allowed_depth(body), most) : allowed_depth(body);
+    };
     found_.resize((positions.size() + grain - 1) / grain);
     const auto list = [&](std::size_t begin, std::size_t stop) {
         std::vector<Near>& found = found_[begin / grain];
@@ -43,16 +58,18 @@ void ColliderOverlaps::list_near(const Task& task, const BodyView& body, const P
         const double radius = 0.5 * box.size().norm();
         for (std::size_t c = 0; c < poses_.size(); ++c) {
             const geometry::SignedDistance& solid = *task.colliders[c].solid;
-            if (solid.at(poses_[c].to_after * box.center()).distance >
-                solid.lipschitz_constant() * radius + margin)
+            const Isometry& to_own = time == Time::start ? poses_[c].to_before : poses_[c].to_after;
+            if (solid.at(to_own * box.center()).distance > solid.lipschitz_constant() * radius + margin)
                 continue;
             for (std::size_t v = begin; v < stop; ++v) {
                 if (!vertices[v].alive() || !positions[v].allFinite()) continue;
-                const double distance = solid.at(poses_[c].to_after * positions[v]).distance;
+                const double distance = solid.at(to_own * positions[v]).distance;
                 if (distance > margin) continue;
                 const std::int32_t piece =
                     body.pieces.piece_of(body.grid, body.surface.influence(vertices[v]));
-                found.push_back({piece, positions[v], distance < -allowed_depth(body)});
+                const auto vertex = static_cast<std::uint32_t>(v);
+                const double allowed = distance < 0 ? depth_of(vertex) : allowed_depth(body);
+                found.push_back({piece, vertex, positions[v], allowed, distance < -allowed});
             }
         }
     };
@@ -60,6 +77,10 @@ void ColliderOverlaps::list_near(const Task& task, const BodyView& body, const P
     parallel.for_chunks(positions.size(), grain, std::cref(list));
     near_.clear();
     for (const std::vector<Near>& found : found_) near_.insert(near_.end(), found.begin(), found.end());
+}
+
+// Keeps the vertices of pieces with one that is too deep, sorted by piece.
+void ColliderOverlaps::keep_deep_pieces(const BodyView& body) {
     deep_.assign(body.pieces.count(), 0);
     for (const Near& near : near_)
         if (near.deep) deep_[static_cast<std::size_t>(near.piece)] = 1;
@@ -68,25 +89,75 @@ void ColliderOverlaps::list_near(const Task& task, const BodyView& body, const P
                      [](const Near& a, const Near& b) { return a.piece < b.piece; });
 }
 
+void ColliderOverlaps::begin(const Task& task, const Parallel& parallel) {
+    depths_.resize(task.bodies.size());
+    for (std::vector<Depth>& depths : depths_) depths.clear();
+    if (task.colliders.empty()) return;
+    take_poses(task);
+    for (std::size_t b = 0; b < task.bodies.size(); ++b) {
+        if (task.bodies[b].is_lattice_driven) continue;
+        list_near(task, b, Time::start, {}, parallel);
+        for (const Near& near : near_) {
+            if (!near.deep) continue;
+            double depth = 0;
+            for (std::size_t c = 0; c < poses_.size(); ++c)
+                depth =
+                    std::max(depth, -task.colliders[c].solid->at(poses_[c].to_before * near.point).distance);
+            depths_[b].push_back({near.vertex, depth});
+        }
+        // Contact search has not seen the vertices of changed cells: nothing holds them in this step.
+        const splitting::Surface& surface = task.bodies[b].surface;
+        for (const std::uint32_t cell : surface.changed_cells())
+            for (const splitting::SurfaceQuad& quad : surface.quads(surface.cells()[cell]))
+                for (const std::uint32_t vertex : quad.vertices)
+                    depths_[b].push_back({vertex, std::numeric_limits<double>::infinity()});
+        std::sort(depths_[b].begin(), depths_[b].end(), [](const Depth& a, const Depth& other) {
+            return a.vertex != other.vertex ? a.vertex < other.vertex : a.depth > other.depth;
+        });
+    }
+}
+
+std::span<const ColliderOverlaps::Drawn> ColliderOverlaps::drawn(const Task& task, std::size_t index,
+                                                                 const Parallel& parallel) {
+    drawn_.clear();
+    const BodyView& body = task.bodies[index];
+    if (task.colliders.empty() || body.is_lattice_driven) return drawn_;
+    take_poses(task);
+    list_near(task, index, Time::end, {}, parallel);
+    for (const Near& near : near_) {
+        if (!near.deep) continue;
+        Vec3 position = near.point;
+        for (std::size_t c = 0; c < poses_.size(); ++c) {
+            const geometry::SignedDistance::Sample at =
+                task.colliders[c].solid->at(poses_[c].to_after * position);
+            const double height = -at.distance - near.allowed;
+            if (height > 0 && height < tuning::overlaps::max_drawn_share * body.spacing)
+                position += height * (poses_[c].after.linear() * at.normal);
+        }
+        if (position.allFinite()) drawn_.push_back({near.vertex, position});
+    }
+    return drawn_;
+}
+
 // Returns the translation, m, that takes the vertices of a piece up to the depth that is allowed. Colliders
 // between which there is no room leave an overlap.
 Vec3 ColliderOverlaps::lift_of(const Task& task, std::span<const Near> near, double spacing) const {
-    const double allowed = tuning::overlaps::allowed_share * spacing;
     Vec3 lift = Vec3::Zero();
     bool any = true;
     for (int pass = 0; any && pass < tuning::overlaps::max_lifts; ++pass) {
         any = false;
         for (std::size_t c = 0; c < task.colliders.size(); ++c) {
-            geometry::SignedDistance::Sample deepest;
-            deepest.distance = 0;
+            double height = 0;
+            Vec3 normal = Vec3::Zero();
             for (const Near& vertex : near) {
                 const geometry::SignedDistance::Sample at =
                     task.colliders[c].solid->at(poses_[c].to_after * (vertex.point + lift));
-                if (at.distance < deepest.distance) deepest = at;
+                if (!(-at.distance - vertex.allowed > height)) continue;
+                height = -at.distance - vertex.allowed;
+                normal = at.normal;
             }
-            const double height = -deepest.distance - allowed;
             if (!(height > tuning::overlaps::negligible_share * spacing)) continue;
-            lift += height * (poses_[c].after.linear() * deepest.normal);
+            lift += height * (poses_[c].after.linear() * normal);
             any = true;
         }
     }
@@ -215,13 +286,14 @@ void ColliderOverlaps::lift(const Task& task, const BodyView& body, std::span<co
 ColliderOverlaps::Outcome ColliderOverlaps::undo(const Task& task, const Parallel& parallel) {
     Outcome outcome;
     moved_.assign(task.bodies.size(), 0);
+    depths_.resize(task.bodies.size());
     if (task.colliders.empty()) return outcome;
-    poses_.clear();
-    for (const Collider& collider : task.colliders) poses_.emplace_back(collider, task.time, task.dt);
+    take_poses(task);
     for (std::size_t b = 0; b < task.bodies.size(); ++b) {
         const BodyView& body = task.bodies[b];
         if (body.is_lattice_driven) continue;
-        list_near(task, body, parallel);
+        list_near(task, b, Time::end, depths_[b], parallel);
+        keep_deep_pieces(body);
         if (near_.empty()) continue;
         const std::vector<std::uint8_t> held = held_pieces(body);
         const std::size_t before = outcome.pieces;

@@ -20,6 +20,11 @@ namespace splitcubes::body {
 /// allow. Such a piece is translated until its deepest vertex is at that depth, and stopped there by
 /// inelastic impulses with Coulomb friction on its rigid motion. Pieces that are held in part stay.
 ///
+/// Only what moved in the step is lifted. A cut makes vertices, and fits the motion of those nearby to fewer
+/// phyxels, so some begin the step inside a collider: lifting the piece for them would cost energy that
+/// nothing put in. They may stay as deep as they began, until contact forces have pushed them out, and are
+/// drawn at the depth that is allowed.
+///
 /// Kinetic energy never increases, except by moving colliders. There is no state between steps.
 class ColliderOverlaps {
   public:
@@ -36,8 +41,19 @@ class ColliderOverlaps {
         Vec3 angular_momentum = Vec3::Zero();  // kg m^2/s, about the origin
         std::size_t pieces = 0;                // lifted
     };
+    /// Notes how deep vertices are at the start of the step. The surfaces are as they are then, with the
+    /// frames that they will have at its end.
+    void begin(const Task& task, const Parallel& parallel);
     /// Lifts the pieces of all bodies: moves phyxels and rigid pieces, not the surfaces.
     Outcome undo(const Task& task, const Parallel& parallel);
+    /// A vertex that is drawn elsewhere than its motion takes it.
+    struct Drawn {
+        std::uint32_t vertex;
+        Vec3 position;  // m, world
+    };
+    /// Returns the vertices of a body that are drawn where a collider allows it, for surfaces that have moved
+    /// along with what undo lifted. Valid until the next call.
+    std::span<const Drawn> drawn(const Task& task, std::size_t body, const Parallel& parallel);
     /// Returns whether the last call of undo moved pieces of a body.
     bool moved(std::size_t body) const { return moved_[body] != 0; }
 
@@ -45,9 +61,17 @@ class ColliderOverlaps {
     /// Vertex near a collider.
     struct Near {
         std::int32_t piece;
-        Vec3 point;  // m, world
-        bool deep;
+        std::uint32_t vertex;
+        Vec3 point;      // m, world
+        double allowed;  // m, depth
+        bool deep;       // deeper than allowed
     };
+    /// Depth of a vertex, m, > 0.
+    struct Depth {
+        std::uint32_t vertex;
+        double depth;
+    };
+    enum class Time { start, end };  // of the step
     /// Lever arm and velocities of a vertex that a collider stops.
     struct Stop {
         Vec3 arm;               // m, from the centre of mass
@@ -65,7 +89,10 @@ class ColliderOverlaps {
         Vec3 velocity = Vec3::Zero();          // m/s
         Vec3 angular_velocity = Vec3::Zero();  // rad/s
     };
-    void list_near(const Task& task, const BodyView& body, const Parallel& parallel);
+    void list_near(const Task& task, std::size_t body, Time time, std::span<const Depth> kept,
+                   const Parallel& parallel);
+    void take_poses(const Task& task);
+    void keep_deep_pieces(const BodyView& body);
     Vec3 lift_of(const Task& task, std::span<const Near> near, double spacing) const;
     void list_stops(const Task& task, std::span<const Near> near, const Vec3& lift,
                     const PieceMotion& motion);
@@ -73,11 +100,13 @@ class ColliderOverlaps {
     static PieceMotion translate(meshless::Phyxels& phyxels, std::int32_t piece, const Vec3& shift);
     void lift(const Task& task, const BodyView& body, std::span<const Near> near, Outcome& outcome);
 
-    std::vector<std::uint8_t> moved_;       // per body
-    std::vector<std::vector<Near>> found_;  // per range of vertices
-    std::vector<Near> near_;                // of a body, by piece
-    std::vector<std::uint8_t> deep_;        // per piece of a body
-    std::vector<ColliderPoses> poses_;      // per collider
+    std::vector<std::uint8_t> moved_;         // per body
+    std::vector<std::vector<Depth>> depths_;  // per body: at the start of the step, by vertex
+    std::vector<Drawn> drawn_;                // of a body
+    std::vector<std::vector<Near>> found_;    // per range of vertices
+    std::vector<Near> near_;                  // of a body, by piece
+    std::vector<std::uint8_t> deep_;          // per piece of a body
+    std::vector<ColliderPoses> poses_;        // per collider
     std::vector<Stop> stops_;
 };
 

@@ -8,8 +8,8 @@
 
 namespace splitcubes::body {
 
-/// Finds inelastic impulses with Coulomb friction at the contacts of rigid bodies by projected Gauss-Seidel on
-/// the velocities (Erleben 2007). Runs on one thread.
+/// Finds inelastic impulses with Coulomb friction at the contacts of rigid bodies by projected Gauss-Seidel
+/// on the velocities (Erleben 2007). Runs on one thread.
 class RigidImpulses {
   public:
     struct Mover {

@@ -232,6 +232,12 @@ namespace overlaps {
 /// Depth of a vertex, 0.04 to 0.1, from which its piece is lifted. Larger lets pieces sink in where contact
 /// forces fail; smaller takes their place.
 inline constexpr double allowed_share = 0.048;
+/// Depth up to which a vertex that a cut made or moved stays in a collider, 0.1 to 0.5. Larger hides more of
+/// what is in there; smaller lifts pieces for nothing that moved, which costs energy.
+inline constexpr double max_kept_share = 0.25;
+/// Depth up to which a vertex is drawn elsewhere than its motion takes it, above max_kept_share, to 2. Larger
+/// hides pieces that are held in a collider; smaller draws them inside.
+inline constexpr double max_drawn_share = 0.5;
 /// Distance from a collider up to which the vertices of a piece are looked at, 0.5 to 2. Smaller may lift a
 /// piece into another collider.
 inline constexpr double near_share = 1;

@@ -1,0 +1,182 @@
+#include <splitcubes/dynamics/cut_relaxation.h>
+#include <splitcubes/dynamics/step_results.h>
+#include <splitcubes/dynamics/tuning.h>
+
+#include <algorithm>
+#include <cmath>
+#include <span>
+
+namespace splitcubes::meshless {
+
+void CutRelaxation::begin(const Phyxels& phyxels, const Material& material, int piece_count) {
+    pieces_.assign(static_cast<std::size_t>(piece_count), Piece{});
+    deformable_.clear();
+    for (std::size_t i = 0; i < phyxels.size(); ++i) {
+        if (phyxels.rigid.index(phyxels.piece[i]) >= 0) continue;
+        deformable_.push_back(static_cast<std::uint32_t>(i));
+        Piece& piece = piece_of(phyxels, i);
+        piece.before += phyxels.elastic_energy[i];
+        piece.tolerance += tuning::energy::noise_strain * tuning::energy::noise_strain *
+                           material.youngs_modulus * phyxels.volume[i];
+    }
+    for (Piece& piece : pieces_) piece.tolerance += tuning::relaxation::tolerance * piece.before;
+}
+
+// Computes the energies and returns whether a piece is to be relaxed further.
+bool CutRelaxation::measure(const Phyxels& phyxels, const Neighbourhoods& neighbourhoods,
+                            const Material& material, const Parallel& parallel) {
+    energy_.resize(phyxels.size());
+    const SlicedElasticity::Configuration now = configuration_of(phyxels);
+    elastic_.take_state_and_energy(neighbourhoods, material, now, parallel);
+    elastic_.energy(now, parallel, energy_);
+    for (Piece& piece : pieces_) piece.energy = 0;
+    for (const std::uint32_t i : deformable_) piece_of(phyxels, i).energy += energy_[i];
+    bool any = false;
+    for (Piece& piece : pieces_) {
+        piece.is_relaxing = piece.energy > piece.before + piece.tolerance && !piece.is_stuck;
+        piece.moves = piece.moves || piece.is_relaxing;
+        any = any || piece.is_relaxing;
+    }
+    return any;
+}
+
+void CutRelaxation::list_moving(const Phyxels& phyxels, std::span<const std::uint8_t> held) {
+    moving_.clear();
+    for (const std::uint32_t i : deformable_) {
+        Piece& piece = piece_of(phyxels, i);
+        if (!piece.is_relaxing) continue;
+        if (held[i] != 0)
+            piece.is_held = true;
+        else
+            moving_.push_back(i);
+    }
+}
+
+// Chooses how far each piece goes along its direction: to the least energy, or to that of before the cut.
+// Returns whether any goes on.
+bool CutRelaxation::choose_steps() {
+    bool any = false;
+    for (Piece& piece : pieces_) {
+        piece.step = 0;
+        if (!(piece.missing > 0) || !(piece.square > 0) || !(piece.curvature > 0)) continue;
+        const double whole = piece.square / piece.curvature, fall = 0.5 * whole * piece.square;
+        if (!std::isfinite(fall)) continue;
+        piece.step = fall > piece.missing ? whole * (1 - std::sqrt(1 - piece.missing / fall)) : whole;
+        piece.missing -= fall;
+        any = true;
+    }
+    return any;
+}
+
+// Minimises the energy by its tangent, by conjugate gradients for all relaxing pieces at once. Returns the
+// number of iterations; the result is displacement_.
+int CutRelaxation::descend(const Phyxels& phyxels, const Parallel& parallel) {
+    const std::size_t n = phyxels.size();
+    residual_.resize(n);
+    product_.resize(n);
+    no_diagonal_.assign(n, 0);
+    direction_.assign(n, Vec3::Zero());
+    displacement_.assign(n, Vec3::Zero());
+    elastic_.forces(residual_, parallel);
+    for (Piece& piece : pieces_) {
+        piece.missing = piece.is_relaxing ? piece.energy - piece.before : 0;
+        piece.last_square = 0;
+    }
+    for (int iteration = 0; iteration < tuning::relaxation::max_iterations; ++iteration) {
+        for (Piece& piece : pieces_) piece.square = piece.curvature = 0;
+        for (const std::uint32_t i : moving_) piece_of(phyxels, i).square += residual_[i].squaredNorm();
+        for (const std::uint32_t i : moving_) {
+            const Piece& piece = piece_of(phyxels, i);
+            const double kept = piece.last_square > 0 ? piece.square / piece.last_square : 0;
+            direction_[i] = residual_[i] + kept * direction_[i];
+        }
+        elastic_.apply_stiffness(1.0, no_diagonal_, direction_, product_, parallel);
+        for (const std::uint32_t i : moving_)
+            piece_of(phyxels, i).curvature += direction_[i].dot(product_[i]);
+        if (!choose_steps()) return iteration;
+        for (const std::uint32_t i : moving_) {
+            const double step = piece_of(phyxels, i).step;
+            displacement_[i] += step * direction_[i];
+            residual_[i] -= step * product_[i];
+        }
+        for (Piece& piece : pieces_) piece.last_square = piece.square;
+    }
+    return tuning::relaxation::max_iterations;
+}
+
+// Moves the phyxels of the relaxing pieces; their history, too, so that the displacement is no velocity.
+void CutRelaxation::displace(Phyxels& phyxels) {
+    for (const std::uint32_t i : moving_) {
+        phyxels.position[i] += displacement_[i];
+        phyxels.previous_position[i] += displacement_[i];
+    }
+    for (Piece& piece : pieces_) piece.last_energy = piece.energy;
+}
+
+// Takes back a share of the last displacement where the energy has risen, as it may far from the tangent.
+// Returns whether there was such a piece. share: 1 gives the piece up.
+bool CutRelaxation::take_back(Phyxels& phyxels, double share) {
+    bool any = false;
+    for (Piece& piece : pieces_) {
+        piece.step = piece.is_relaxing && !(piece.energy < piece.last_energy) ? share : 0;
+        piece.is_stuck = piece.is_stuck || piece.step == 1;
+        any = any || piece.step > 0;
+    }
+    if (!any) return false;
+    for (const std::uint32_t i : moving_) {
+        const Vec3 back = piece_of(phyxels, i).step * displacement_[i];
+        phyxels.position[i] -= back;
+        phyxels.previous_position[i] -= back;
+        displacement_[i] -= back;
+    }
+    return true;
+}
+
+// Internal forces move no mean position, but they move the centre of mass where masses differ, and other
+// positions change the angular momentum of the same velocities.
+void CutRelaxation::restore_momenta(Phyxels& phyxels, int piece_count) const {
+    std::vector<Momenta> after;
+    momenta_of_pieces(phyxels, piece_count, after);
+    std::vector<Vec3> shift(after.size()), spin(after.size());
+    for (std::size_t k = 0; k < after.size(); ++k) {
+        shift[k] = before_[k].centre - after[k].centre;
+        spin[k] = angular_velocity(after[k].inertia, before_[k].angular_momentum - after[k].angular_momentum);
+    }
+    for (const std::uint32_t i : deformable_) {
+        const auto k = static_cast<std::size_t>(phyxels.piece[i]);
+        if (!pieces_[k].moves || pieces_[k].is_held) continue;
+        const Vec3 turning = spin[k].cross(phyxels.position[i] - after[k].centre);
+        phyxels.velocity[i] += turning;
+        phyxels.previous_velocity[i] += turning;
+        phyxels.position[i] += shift[k];
+        phyxels.previous_position[i] += shift[k];
+    }
+}
+
+CutRelaxation::Report CutRelaxation::relax(Phyxels& phyxels, const Neighbourhoods& neighbourhoods,
+                                           const Material& material, std::span<const std::uint8_t> held,
+                                           int piece_count, const Parallel& parallel) {
+    Report report;
+    begin(phyxels, material, piece_count);
+    if (!measure(phyxels, neighbourhoods, material, parallel)) return report;
+    for (const Piece& piece : pieces_)
+        if (piece.is_relaxing) report.gained += piece.energy - piece.before;
+    momenta_of_pieces(phyxels, piece_count, before_);
+    bool any = true;
+    for (int round = 0; any && round < tuning::relaxation::max_rounds; ++round) {
+        list_moving(phyxels, held);
+        report.iterations += descend(phyxels, parallel);
+        displace(phyxels);
+        any = measure(phyxels, neighbourhoods, material, parallel);
+        for (int k = 0; k <= tuning::relaxation::max_halvings; ++k) {
+            if (!take_back(phyxels, k < tuning::relaxation::max_halvings ? 0.5 : 1)) break;
+            any = measure(phyxels, neighbourhoods, material, parallel);
+        }
+    }
+    restore_momenta(phyxels, piece_count);
+    for (const Piece& piece : pieces_)
+        if (piece.moves) report.left += piece.energy - piece.before;
+    return report;
+}
+
+}  // namespace splitcubes::meshless

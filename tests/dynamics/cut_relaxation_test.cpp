@@ -1,0 +1,140 @@
+// A cut adds no elastic energy, and its relaxation keeps the momenta.
+#include "bodies.h"
+
+#include <splitcubes/dynamics/cut_relaxation.h>
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <vector>
+
+namespace splitcubes::meshless {
+namespace {
+
+using namespace fixtures;
+
+const Parallel& pool() {
+    static const Parallel two(2);
+    return two;
+}
+
+// Writes each phyxel's energy and returns the sum.
+double take_energy(Specimen& body) {
+    SlicedElasticity elastic;
+    elastic.take_state(body.neighbourhoods, body.material, configuration_of(body.phyxels), pool());
+    return elastic.energy(configuration_of(body.phyxels), pool(), body.phyxels.elastic_energy);
+}
+
+/// Returns a bent, twisted and turned block with the energy of its uncut state.
+Specimen strained_block(Random& random, MaterialModel model, double size) {
+    Material material;
+    material.model = model;
+    material.youngs_modulus = std::pow(10, random.uniform(3, 8));
+    material.poisson_ratio = random.uniform(0, 0.45);
+    Specimen body = block(7, 5, 4, 0.05, material, pool());
+    for (std::size_t i = 0; i < body.phyxels.size(); ++i) {
+        body.phyxels.volume[i] *= random.uniform(0.3, 1.5);
+        body.phyxels.mass[i] = material.density * body.phyxels.volume[i];
+    }
+    body.neighbourhoods.rebuild(body.phyxels, body.pairs, body.material, pool());
+    const Mat3 turn = random_rotation(random);
+    const Vec3 spin = random_vector(random, 5), across = random_vector(random, 10 * size),
+               along = random_vector(random, 10 * size);
+    body.move(
+        [&](const Vec3& X) {
+            const Vec3 bent =
+                X + X.x() * X.x() * across + X.y() * X.z() * along + size * Vec3(X.y(), 0, X.x());
+            return Vec3(turn * bent);
+        },
+        [&](const Vec3& x) { return Vec3(Vec3(1, 2, 3) + spin.cross(x)); });
+    body.phyxels.previous_position = body.phyxels.position;
+    take_energy(body);
+    return body;
+}
+
+/// Cuts planes that end inside the block.
+void cut_partly(Specimen& body, int count, Random& random) {
+    for (int k = 0; k < count; ++k) {
+        const Vec3 point = random_vector(random, 0.1), normal = random_vector(random, 1).normalized();
+        const Vec3 inwards = random_vector(random, 1).cross(normal).normalized();
+        const std::vector<float> before = body.pairs.visibility;
+        cut_by_plane(body, point, normal);
+        for (std::size_t p = 0; p < body.pairs.size(); ++p) {
+            const Vec3 middle = 0.5 * (body.phyxels.rest_position[body.pairs.a[p]] +
+                                       body.phyxels.rest_position[body.pairs.b[p]]);
+            if (inwards.dot(middle - point) > 0.05) body.pairs.visibility[p] = before[p];
+        }
+    }
+    body.neighbourhoods.rebuild(body.phyxels, body.pairs, body.material, pool());
+}
+
+CutRelaxation::Report relax(Specimen& body, std::vector<std::uint8_t> held = {}) {
+    held.resize(body.phyxels.size(), 0);
+    CutRelaxation relaxation;
+    return relaxation.relax(body.phyxels, body.neighbourhoods, body.material, held, 1, pool());
+}
+
+TEST(CutRelaxation, RandomCutsAddNoEnergyAndKeepMomenta) {
+    Random random(7);
+    int gains = 0;
+    for (int trial = 0; trial < 60; ++trial) {
+        const auto model = trial % 2 == 0 ? MaterialModel::corotated : MaterialModel::st_venant_kirchhoff;
+        Specimen body = strained_block(random, model, random.uniform(0.01, 0.3));
+        double before = 0;
+        for (const double energy : body.phyxels.elastic_energy) before += energy;
+        const Momenta motion = total_momenta(body.phyxels);
+        cut_partly(body, 1 + trial % 4, random);
+        const CutRelaxation::Report report = relax(body);
+        gains += report.gained > 0;
+        const double noise = 1e-10 * body.material.youngs_modulus * 0.0175;
+        EXPECT_LT(take_energy(body), 1.002 * before + noise) << "trial " << trial;
+        const Momenta after = total_momenta(body.phyxels);
+        EXPECT_LT((after.centre - motion.centre).norm(), 1e-13) << "trial " << trial;
+        EXPECT_LT((after.linear - motion.linear).norm(), 1e-12 * motion.linear.norm()) << "trial " << trial;
+        EXPECT_LT((after.angular_momentum - motion.angular_momentum).norm(),
+                  1e-11 * motion.angular_momentum.norm())
+            << "trial " << trial;
+    }
+    EXPECT_GT(gains, 20);
+}
+
+TEST(CutRelaxation, HeldPhyxelsStay) {
+    Random random(8);
+    int moved = 0;
+    for (int trial = 0; trial < 20; ++trial) {
+        Specimen body = strained_block(random, MaterialModel::corotated, 0.2);
+        std::vector<std::uint8_t> held;
+        for (const Vec3& rest : body.phyxels.rest_position) held.push_back(rest.x() < -0.05 ? 1 : 0);
+        const std::vector<Vec3> start = body.phyxels.position;
+        cut_partly(body, 3, random);
+        relax(body, held);
+        for (std::size_t i = 0; i < start.size(); ++i) {
+            moved += start[i] != body.phyxels.position[i];
+            if (held[i] != 0) EXPECT_EQ(start[i], body.phyxels.position[i]) << "trial " << trial;
+        }
+    }
+    EXPECT_GT(moved, 0);
+}
+
+TEST(CutRelaxation, NothingMovesWhereNothingIsGained) {
+    // Rows reproduce a linear field with any links, so an even strain keeps its energy.
+    Random random(9);
+    for (int trial = 0; trial < 20; ++trial) {
+        Specimen body = strained_block(random, MaterialModel::corotated, 0.2);
+        Mat3 stretch = Mat3::Identity();
+        stretch(0, 0) = random.uniform(0.7, 1.5);
+        stretch(0, 1) = random.uniform(-0.2, 0.2);
+        body.move([&](const Vec3& X) { return Vec3(stretch * X); },
+                  [](const Vec3&) { return Vec3(1, 0, 0); });
+        take_energy(body);
+        cut_partly(body, 1, random);
+        const std::vector<Vec3> start = body.phyxels.position;
+        const std::vector<Vec3> velocity = body.phyxels.velocity;
+        EXPECT_EQ(relax(body).iterations, 0) << "trial " << trial;
+        EXPECT_EQ(start, body.phyxels.position);
+        EXPECT_EQ(velocity, body.phyxels.velocity);
+    }
+}
+
+}  // namespace
+}  // namespace splitcubes::meshless
