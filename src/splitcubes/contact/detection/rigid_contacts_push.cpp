@@ -82,7 +82,7 @@ double RigidContacts::remaining_gap(const ContactRow& row, Overlaps overlaps) co
     return row.gap + row.normal.dot(offset) - std::min(row.gap + depenetration, 0.0);
 }
 
-// Lists the contacts that can open while nothing moves by more than max_correction_.
+// Lists the contacts that can overlap while nothing moves farther than max_correction_.
 void RigidContacts::list_corrections(Overlaps overlaps) {
     corrections_.clear();
     for (const ContactRow& row : rows_) {
