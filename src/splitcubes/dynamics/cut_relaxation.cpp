@@ -12,7 +12,8 @@ void CutRelaxation::begin(const Phyxels& phyxels, const Material& material, int 
     pieces_.assign(static_cast<std::size_t>(piece_count), Piece{});
     deformable_.clear();
     for (std::size_t i = 0; i < phyxels.size(); ++i) {
-        if (phyxels.rigid.index(phyxels.piece[i]) >= 0) continue;
+        const std::int32_t at = phyxels.piece[i];
+        if (at < 0 || at >= piece_count || phyxels.rigid.index(at) >= 0) continue;
         deformable_.push_back(static_cast<std::uint32_t>(i));
         Piece& piece = piece_of(phyxels, i);
         piece.before += phyxels.elastic_energy[i];

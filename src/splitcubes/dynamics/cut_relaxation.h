@@ -14,9 +14,10 @@ namespace splitcubes::meshless {
 ///
 /// A cut takes links away. Evenly strained material keeps its strain and its energy. Elsewhere the fitted
 /// strain jumps, most of all where few links are left, and energy appears that nothing put in. It sits in the
-/// stiffest modes of a few phyxels, which conjugate gradients reach first: a few iterations, and
-/// displacements far below the spacing, suffice. They end where the energy of before is reached, so what the
-/// cut released stays strained. Centres of mass and both momenta of pieces that nothing holds stay.
+/// stiffest modes of a few phyxels, which conjugate gradients reach first: a few iterations suffice.
+/// Displacements are far below the spacing but for phyxels with two or three links in strongly strained
+/// material. The iterations end where the energy of before is reached, so what the cut released stays
+/// strained. Centres of mass and both momenta of pieces that nothing holds stay.
 class CutRelaxation {
   public:
     struct Report {
