@@ -13,6 +13,11 @@
 
 namespace splitcubes::meshless::fixtures {
 
+inline const Parallel& two_threads() {
+    static const Parallel pool(2);
+    return pool;
+}
+
 /// A plane on which phyxels rest by their contact radii.
 struct Ground {
     Vec3 normal = Vec3::UnitZ();  // unit, world; the side it points to is free

@@ -13,16 +13,11 @@ namespace {
 
 using namespace fixtures;
 
-const Parallel& pool() {
-    static const Parallel two(2);
-    return two;
-}
-
 // Writes each phyxel's energy and returns the sum.
 double take_energy(Specimen& body) {
     SlicedElasticity elastic;
-    elastic.take_state(body.neighbourhoods, body.material, configuration_of(body.phyxels), pool());
-    return elastic.energy(configuration_of(body.phyxels), pool(), body.phyxels.elastic_energy);
+    elastic.take_state(body.neighbourhoods, body.material, configuration_of(body.phyxels), two_threads());
+    return elastic.energy(configuration_of(body.phyxels), two_threads(), body.phyxels.elastic_energy);
 }
 
 /// Returns a bent, twisted and turned block with the energy of its uncut state.
@@ -31,12 +26,12 @@ Specimen strained_block(Random& random, MaterialModel model, double size) {
     material.model = model;
     material.youngs_modulus = std::pow(10, random.uniform(3, 8));
     material.poisson_ratio = random.uniform(0, 0.45);
-    Specimen body = block(7, 5, 4, 0.05, material, pool());
+    Specimen body = block(7, 5, 4, 0.05, material, two_threads());
     for (std::size_t i = 0; i < body.phyxels.size(); ++i) {
         body.phyxels.volume[i] *= random.uniform(0.3, 1.5);
         body.phyxels.mass[i] = material.density * body.phyxels.volume[i];
     }
-    body.neighbourhoods.rebuild(body.phyxels, body.pairs, body.material, pool());
+    body.neighbourhoods.rebuild(body.phyxels, body.pairs, body.material, two_threads());
     const Mat3 turn = random_rotation(random);
     const Vec3 spin = random_vector(random, 5), across = random_vector(random, 10 * size),
                along = random_vector(random, 10 * size);
@@ -65,13 +60,13 @@ void cut_partly(Specimen& body, int count, Random& random) {
             if (inwards.dot(middle - point) > 0.05) body.pairs.visibility[p] = before[p];
         }
     }
-    body.neighbourhoods.rebuild(body.phyxels, body.pairs, body.material, pool());
+    body.neighbourhoods.rebuild(body.phyxels, body.pairs, body.material, two_threads());
 }
 
 CutRelaxation::Report relax(Specimen& body, std::vector<std::uint8_t> held = {}) {
     held.resize(body.phyxels.size(), 0);
     CutRelaxation relaxation;
-    return relaxation.relax(body.phyxels, body.neighbourhoods, body.material, held, 1, pool());
+    return relaxation.relax(body.phyxels, body.neighbourhoods, body.material, held, 1, two_threads());
 }
 
 TEST(CutRelaxation, RandomCutsAddNoEnergyAndKeepMomenta) {

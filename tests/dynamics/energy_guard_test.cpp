@@ -13,11 +13,6 @@ namespace {
 
 using namespace fixtures;
 
-const Parallel& parallel() {
-    static const Parallel pool(2);
-    return pool;
-}
-
 Material rubber(MaterialModel model = MaterialModel::corotated) {
     Material material;
     material.model = model;
@@ -27,17 +22,17 @@ Material rubber(MaterialModel model = MaterialModel::corotated) {
 
 /// Returns a rotating, slightly stretched block after a few steps.
 Specimen spinning_block(const Material& material) {
-    Specimen body = block(5, 4, 3, 0.05, material, parallel());
+    Specimen body = block(5, 4, 3, 0.05, material, two_threads());
     body.move([](const Vec3& rest) { return Vec3(1.02 * rest.x(), rest.y(), rest.z()); },
               [](const Vec3& x) { return Vec3(Vec3(1, 2, -1) + Vec3(1, -2, 3).cross(x)); });
-    for (int k = 0; k < 3; ++k) body.step(parallel());
+    for (int k = 0; k < 3; ++k) body.step(two_threads());
     return body;
 }
 
 double elastic_energy(Specimen& body) {
     SlicedElasticity elastic;
-    elastic.take_state(body.neighbourhoods, body.material, configuration_of(body.phyxels), parallel());
-    return elastic.energy(configuration_of(body.phyxels), parallel());
+    elastic.take_state(body.neighbourhoods, body.material, configuration_of(body.phyxels), two_threads());
+    return elastic.energy(configuration_of(body.phyxels), two_threads());
 }
 
 double kinetic_energy(const Phyxels& phyxels) {
@@ -50,16 +45,16 @@ double kinetic_energy(const Phyxels& phyxels) {
 /// Replaces the solver's step by a function and lets the guard correct the result.
 SolverReport guard_step(Specimen& body, const std::function<void(Phyxels&)>& step, double work = 0) {
     EnergyGuard guard;
-    guard.begin(body.phyxels, body.neighbourhoods, body.material, body.input, parallel());
+    guard.begin(body.phyxels, body.neighbourhoods, body.material, body.input, two_threads());
     step(body.phyxels);
     SlicedElasticity elastic;
     StateDescriber describe;
     SolverReport report;
-    deform_and_flow(body.phyxels, body.neighbourhoods, body.material, body.input.dt, elastic, parallel());
-    describe(body.phyxels, body.neighbourhoods, elastic, report, parallel());
+    deform_and_flow(body.phyxels, body.neighbourhoods, body.material, body.input.dt, elastic, two_threads());
+    describe(body.phyxels, body.neighbourhoods, elastic, report, two_threads());
     if (work != 0) guard.add_work(0, work);
-    guard.evaluate(body.phyxels, body.neighbourhoods, body.material, body.input, 0.02, {}, parallel());
-    guard.enforce(body.phyxels, body.neighbourhoods, body.material, body.input, report, parallel());
+    guard.evaluate(body.phyxels, body.neighbourhoods, body.material, body.input, 0.02, {}, two_threads());
+    guard.enforce(body.phyxels, body.neighbourhoods, body.material, body.input, report, two_threads());
     return report;
 }
 
@@ -148,7 +143,7 @@ TEST(EnergyGuard, APieceOwesAtMostItsElasticEnergy) {
     // The tolerance is 2 % of the elastic and 0.1 % of the kinetic energy.
     EXPECT_LE(owed, 1.03 * elastic_energy(body) + 2e-3 * kinetic);
     SolverReport report;
-    for (int k = 0; k < 5; ++k) report = body.step(parallel());
+    for (int k = 0; k < 5; ++k) report = body.step(two_threads());
     EXPECT_EQ(report.energy_excess_pieces, 0U);
 }
 
@@ -173,7 +168,7 @@ class StepsWithinTheBudget : public testing::TestWithParam<GuardCase> {};
 
 std::vector<Vec3> run(const GuardCase& guard_case, SolverKind kind, bool guard,
                       std::size_t& energy_excess_pieces) {
-    Specimen body = block(8, 3, 3, 0.05, rubber(), parallel());
+    Specimen body = block(8, 3, 3, 0.05, rubber(), two_threads());
     body.options.kind = kind;
     body.options.guard_energy = guard;
     body.input.gravity = guard_case.held || guard_case.ground ? Vec3(0, 0, -9.81) : Vec3(0, 0, 0);
@@ -197,7 +192,7 @@ std::vector<Vec3> run(const GuardCase& guard_case, SolverKind kind, bool guard,
             body.input.held = held;
             body.input.held_position = now;
         }
-        energy_excess_pieces += body.step(parallel()).energy_excess_pieces;
+        energy_excess_pieces += body.step(two_threads()).energy_excess_pieces;
     }
     return body.phyxels.position;
 }

@@ -116,7 +116,7 @@ class Body {
         surface_motion_.set_position(vertex, position);
     }
     /// Takes vertices back to where the node frames put them.
-    void draw_as_moved(const Parallel& parallel);
+    void draw_as_moved(const StepContext& context);
     /// Chooses the contact samples of a changed surface and adds the body's sums to the report.
     void finish_surface(const StepContext& context, StepReport& report);
 

@@ -85,9 +85,8 @@ void Body::move_surface(const StepContext& context) {
     surface_motion_.update(*surface_, grid_.rest(), motion_->tracker(), motion_->frames(), context.parallel);
 }
 
-void Body::draw_as_moved(const Parallel& parallel) {
-    if (surface_motion_.has_set_positions())
-        surface_motion_.update(*surface_, grid_.rest(), motion_->tracker(), motion_->frames(), parallel);
+void Body::draw_as_moved(const StepContext& context) {
+    if (surface_motion_.has_set_positions()) move_surface(context);
 }
 
 void Body::finish_surface(const StepContext& context, StepReport& report) {

@@ -83,7 +83,7 @@ StepReport World::step() {
     const StepContext context{
         time(),    settings_.time_step, settings_.gravity, settings_.ground,
         obstacles, settings_.solver,    *parallel_,        settings_.contact.pieces || !colliders_.empty()};
-    for (auto& body : bodies_) body->draw_as_moved(*parallel_);
+    for (auto& body : bodies_) body->draw_as_moved(context);
     StepReport report;
     Stopwatch watch;
     const auto done = [&](Stage stage) { report.stage_seconds(stage) += watch.lap(); };
@@ -197,16 +197,16 @@ void World::undo_overlaps(const StepContext& context, StepReport& report) {
         bodies_[b]->update_node_frames(context, report);
         bodies_[b]->move_surface(context);
     }
-    draw_on_colliders(time());
+    for (std::size_t b = 0; b < bodies_.size(); ++b)
+        if (collider_overlaps_->found_deep(b)) draw_on_colliders(b, time());
 }
 
-// Draws vertices where colliders allow it. start: s, of the step at whose end the surfaces are.
-void World::draw_on_colliders(double start) {
+// Draws vertices of a body where colliders allow it. start: s, of the step at whose end the surface is.
+void World::draw_on_colliders(std::size_t body, double start) {
     const std::vector<BodyView> views = views_of(bodies_);
     const ColliderOverlaps::Task task{views, colliders_, start, settings_.time_step};
-    for (std::size_t b = 0; b < bodies_.size(); ++b)
-        for (const ColliderOverlaps::Drawn& drawn : collider_overlaps_->drawn(task, b, *parallel_))
-            bodies_[b]->draw_vertex(drawn.vertex, drawn.position);
+    for (const ColliderOverlaps::Drawn& drawn : collider_overlaps_->drawn(task, body, *parallel_))
+        bodies_[body]->draw_vertex(drawn.vertex, drawn.position);
 }
 
 geometry::SurfaceMesh World::surface_mesh() const {
@@ -266,7 +266,8 @@ void World::load(StateReader& reader) {
         read_numbers(reader, count, tool.last_normal, "a tool with an invalid normal");
     }
     for (auto& body : bodies_) body->load(reader, *parallel_);
-    if (step_count_ > 0) draw_on_colliders(step_start(step_count_ - 1));
+    for (std::size_t b = 0; step_count_ > 0 && b < bodies_.size(); ++b)
+        draw_on_colliders(b, step_start(step_count_ - 1));
     for (const auto& body : bodies_)
         require_state(body->step_count() <= step_count_, "a body with more steps than the world");
 }

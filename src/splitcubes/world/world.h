@@ -153,7 +153,7 @@ class World {
     void finish_hits(StepReport& report);
     void begin_overlaps(const StepContext& context, StepReport& report);
     void undo_overlaps(const StepContext& context, StepReport& report);
-    void draw_on_colliders(double start);
+    void draw_on_colliders(std::size_t body, double start);
     void integrate(const StepContext& context, StepReport& report);
     void integrate_island(const ContactIsland& island, const StepContext& context, StepReport& report);
     void step_together(const ContactIsland& island, const meshless::ContactInput& contacts,

@@ -63,13 +63,13 @@ void ColliderOverlaps::list_near(const Task& task, std::size_t index, Time time,
                 continue;
             for (std::size_t v = begin; v < stop; ++v) {
                 if (!vertices[v].alive() || !positions[v].allFinite()) continue;
-                const double distance = solid.at(to_own * positions[v]).distance;
-                if (distance > margin) continue;
+                const double depth = -solid.at(to_own * positions[v]).distance;
+                if (depth < -margin) continue;
                 const std::int32_t piece =
                     body.pieces.piece_of(body.grid, body.surface.influence(vertices[v]));
                 const auto vertex = static_cast<std::uint32_t>(v);
-                const double allowed = distance < 0 ? depth_of(vertex) : allowed_depth(body);
-                found.push_back({piece, vertex, positions[v], allowed, distance < -allowed});
+                const double allowed = depth > 0 ? depth_of(vertex) : allowed_depth(body);
+                found.push_back({piece, vertex, positions[v], depth, allowed});
             }
         }
     };
@@ -83,7 +83,7 @@ void ColliderOverlaps::list_near(const Task& task, std::size_t index, Time time,
 void ColliderOverlaps::keep_deep_pieces(const BodyView& body) {
     deep_.assign(body.pieces.count(), 0);
     for (const Near& near : near_)
-        if (near.deep) deep_[static_cast<std::size_t>(near.piece)] = 1;
+        if (near.is_deep()) deep_[static_cast<std::size_t>(near.piece)] = 1;
     std::erase_if(near_, [&](const Near& near) { return deep_[static_cast<std::size_t>(near.piece)] == 0; });
     std::stable_sort(near_.begin(), near_.end(),
                      [](const Near& a, const Near& b) { return a.piece < b.piece; });
@@ -97,20 +97,15 @@ void ColliderOverlaps::begin(const Task& task, const Parallel& parallel) {
     for (std::size_t b = 0; b < task.bodies.size(); ++b) {
         if (task.bodies[b].is_lattice_driven) continue;
         list_near(task, b, Time::start, {}, parallel);
-        for (const Near& near : near_) {
-            if (!near.deep) continue;
-            double depth = 0;
-            for (std::size_t c = 0; c < poses_.size(); ++c)
-                depth =
-                    std::max(depth, -task.colliders[c].solid->at(poses_[c].to_before * near.point).distance);
-            depths_[b].push_back({near.vertex, depth});
-        }
+        for (const Near& near : near_)
+            if (near.is_deep()) depths_[b].push_back({near.vertex, near.depth});
         // Contact search has not seen the vertices of changed cells: nothing holds them in this step.
         const splitting::Surface& surface = task.bodies[b].surface;
         for (const std::uint32_t cell : surface.changed_cells())
             for (const splitting::SurfaceQuad& quad : surface.quads(surface.cells()[cell]))
                 for (const std::uint32_t vertex : quad.vertices)
                     depths_[b].push_back({vertex, std::numeric_limits<double>::infinity()});
+        // The deepest of a vertex comes first: that is the one that is found.
         std::sort(depths_[b].begin(), depths_[b].end(), [](const Depth& a, const Depth& other) {
             return a.vertex != other.vertex ? a.vertex < other.vertex : a.depth > other.depth;
         });
@@ -125,7 +120,7 @@ std::span<const ColliderOverlaps::Drawn> ColliderOverlaps::drawn(const Task& tas
     take_poses(task);
     list_near(task, index, Time::end, {}, parallel);
     for (const Near& near : near_) {
-        if (!near.deep) continue;
+        if (!near.is_deep()) continue;
         Vec3 position = near.point;
         for (std::size_t c = 0; c < poses_.size(); ++c) {
             const geometry::SignedDistance::Sample at =
@@ -286,6 +281,7 @@ void ColliderOverlaps::lift(const Task& task, const BodyView& body, std::span<co
 ColliderOverlaps::Outcome ColliderOverlaps::undo(const Task& task, const Parallel& parallel) {
     Outcome outcome;
     moved_.assign(task.bodies.size(), 0);
+    found_deep_.assign(task.bodies.size(), 0);
     depths_.resize(task.bodies.size());
     if (task.colliders.empty()) return outcome;
     take_poses(task);
@@ -293,6 +289,8 @@ ColliderOverlaps::Outcome ColliderOverlaps::undo(const Task& task, const Paralle
         const BodyView& body = task.bodies[b];
         if (body.is_lattice_driven) continue;
         list_near(task, b, Time::end, depths_[b], parallel);
+        found_deep_[b] = std::any_of(near_.begin(), near_.end(),
+                                     [&](const Near& near) { return near.depth > allowed_depth(body); });
         keep_deep_pieces(body);
         if (near_.empty()) continue;
         const std::vector<std::uint8_t> held = held_pieces(body);

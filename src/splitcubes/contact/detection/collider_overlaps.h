@@ -56,15 +56,17 @@ class ColliderOverlaps {
     std::span<const Drawn> drawn(const Task& task, std::size_t body, const Parallel& parallel);
     /// Returns whether the last call of undo moved pieces of a body.
     bool moved(std::size_t body) const { return moved_[body] != 0; }
+    /// Returns whether it found vertices of a body that may have to be drawn elsewhere.
+    bool found_deep(std::size_t body) const { return found_deep_[body] != 0; }
 
   private:
     /// Vertex near a collider.
     struct Near {
         std::int32_t piece;
         std::uint32_t vertex;
-        Vec3 point;      // m, world
-        double allowed;  // m, depth
-        bool deep;       // deeper than allowed
+        Vec3 point;             // m, world
+        double depth, allowed;  // m, in the collider
+        bool is_deep() const { return depth > allowed; }
     };
     /// Depth of a vertex, m, > 0.
     struct Depth {
@@ -101,6 +103,7 @@ class ColliderOverlaps {
     void lift(const Task& task, const BodyView& body, std::span<const Near> near, Outcome& outcome);
 
     std::vector<std::uint8_t> moved_;         // per body
+    std::vector<std::uint8_t> found_deep_;    // per body
     std::vector<std::vector<Depth>> depths_;  // per body: at the start of the step, by vertex
     std::vector<Drawn> drawn_;                // of a body
     std::vector<std::vector<Near>> found_;    // per range of vertices

@@ -258,11 +258,11 @@ void RigidContacts::add_impulse(const ContactRow& row) {
         contact.lower = lower_mover(row);
         contact.lower_arm = row.point - centre_of(contact.lower);
     }
+    contact.lower_velocity = row.surface_velocity;
     if (row.proxy >= 0)
         contact.lower_velocity =
             meshless::side_value(row.side, velocities_) +
             proxies_[static_cast<std::size_t>(row.proxy)].end_angular_velocity.cross(row.lower_own);
-    contact.surface_velocity = row.surface_velocity;
     contact.min_normal_velocity = row.min_normal_velocity;
     contact.friction = row.friction;
     impulses_.add(contact);

@@ -12,42 +12,42 @@ namespace splitcubes::body {
 void RigidImpulses::reset(std::vector<Mover> movers) {
     movers_ = std::move(movers);
     rows_.clear();
-    rest_.clear();
+    active_rows_.clear();
     fastest_ = 0;
 }
 
 void RigidImpulses::add(const Contact& contact) {
     const Mover &upper = movers_[contact.upper], &lower = movers_[contact.lower];
     Row row;
-    Rest rest;
+    ActiveRow active;
     row.upper = contact.upper;
     row.lower = contact.lower;
     row.normal = contact.normal;
     row.torque = contact.arm.cross(contact.normal);
     row.lower_torque = contact.lower_arm.cross(contact.normal);
-    rest.turn = upper.inverse_inertia * row.torque;
-    rest.lower_turn = lower.inverse_inertia * row.lower_torque;
-    rest.arm = contact.arm;
-    rest.lower_arm = contact.lower_arm;
-    rest.velocity = contact.lower_velocity + contact.surface_velocity;
-    rest.friction = contact.friction;
-    row.min_velocity = contact.min_normal_velocity + contact.normal.dot(rest.velocity);
+    active.turn = upper.inverse_inertia * row.torque;
+    active.lower_turn = lower.inverse_inertia * row.lower_torque;
+    active.arm = contact.arm;
+    active.lower_arm = contact.lower_arm;
+    active.velocity = contact.lower_velocity;
+    active.friction = contact.friction;
+    row.min_velocity = contact.min_normal_velocity + contact.normal.dot(active.velocity);
     const Mat3 mobility = mobility_at(upper.mobility, upper.inverse_inertia, contact.arm) +
                           mobility_at(lower.mobility, lower.inverse_inertia, contact.lower_arm);
     const double normal = contact.normal.dot(mobility * contact.normal);
     // Overestimates the mobility along both tangents: too small an impulse still only removes energy.
     const double along = mobility.trace() - normal;
     row.mass = normal > 0 ? 1 / normal : 0;
-    rest.tangential_mass = along > 0 ? 1 / along : 0;
+    active.tangential_mass = along > 0 ? 1 / along : 0;
     rows_.push_back(row);
-    rest_.push_back(rest);
+    active_rows_.push_back(active);
     const Vec3 velocity =
-        upper.velocity_at(contact.arm) - lower.velocity_at(contact.lower_arm) - rest.velocity;
+        upper.velocity_at(contact.arm) - lower.velocity_at(contact.lower_arm) - active.velocity;
     fastest_ = std::max(fastest_, velocity.norm());
 }
 
 Vec3 RigidImpulses::impulse(std::size_t contact) const {
-    return rows_[contact].impulse * rows_[contact].normal + rest_[contact].impulse;
+    return rows_[contact].impulse * rows_[contact].normal + active_rows_[contact].impulse;
 }
 
 std::size_t RigidImpulses::active() const {
@@ -56,18 +56,18 @@ std::size_t RigidImpulses::active() const {
 }
 
 // Applies friction after the normal impulse is known. Returns the change of velocity, m/s.
-double RigidImpulses::apply_friction(const Row& row, Rest& rest) {
+double RigidImpulses::apply_friction(const Row& row, ActiveRow& active) {
     Mover &upper = movers_[row.upper], &lower = movers_[row.lower];
-    Vec3 sliding = upper.velocity_at(rest.arm) - lower.velocity_at(rest.lower_arm) - rest.velocity;
+    Vec3 sliding = upper.velocity_at(active.arm) - lower.velocity_at(active.lower_arm) - active.velocity;
     sliding -= row.normal * row.normal.dot(sliding);
-    Vec3 impulse = rest.impulse - rest.tangential_mass * sliding;
-    const double limit = rest.friction * row.impulse, square = impulse.squaredNorm();
+    Vec3 impulse = active.impulse - active.tangential_mass * sliding;
+    const double limit = active.friction * row.impulse, square = impulse.squaredNorm();
     if (square > limit * limit) impulse *= limit / std::sqrt(square);
-    const Vec3 change = impulse - rest.impulse;
-    rest.impulse = impulse;
-    upper.push(rest.arm, change);
-    lower.push(rest.lower_arm, -change);
-    return change.norm() / rest.tangential_mass;
+    const Vec3 change = impulse - active.impulse;
+    active.impulse = impulse;
+    upper.push(active.arm, change);
+    lower.push(active.lower_arm, -change);
+    return change.norm() / active.tangential_mass;
 }
 
 // Solves one contact and returns its largest change of velocity, m/s.
@@ -81,17 +81,17 @@ double RigidImpulses::solve(std::size_t k) {
     const double impulse = std::max(0.0, row.impulse + row.mass * (row.min_velocity - velocity));
     // An impulse of friction ends in the sweep in which the normal one does.
     if (impulse == 0 && row.impulse == 0) return 0;
-    Rest& rest = rest_[k];
+    ActiveRow& active = active_rows_[k];
     const double change = impulse - row.impulse;
     row.impulse = impulse;
     if (change != 0) {
         upper.velocity += change * upper.mobility * row.normal;
-        upper.angular_velocity += change * rest.turn;
+        upper.angular_velocity += change * active.turn;
         lower.velocity -= change * lower.mobility * row.normal;
-        lower.angular_velocity -= change * rest.lower_turn;
+        lower.angular_velocity -= change * active.lower_turn;
     }
     const double largest = std::abs(change) / row.mass;
-    return rest.tangential_mass > 0 ? std::max(largest, apply_friction(row, rest)) : largest;
+    return active.tangential_mass > 0 ? std::max(largest, apply_friction(row, active)) : largest;
 }
 
 // Sweeps forwards and backwards in turn. Where surfaces close on a fragment from two sides, no impulse on

@@ -28,10 +28,9 @@ class RigidImpulses {
         std::uint32_t upper = 0, lower = 0;                 // indices of movers
         Vec3 normal = Vec3::UnitZ();                        // from lower to upper
         Vec3 arm = Vec3::Zero(), lower_arm = Vec3::Zero();  // m, lever arms of the application point
-        Vec3 lower_velocity = Vec3::Zero();    // m/s, of the lower side beyond the motion of its mover
-        Vec3 surface_velocity = Vec3::Zero();  // m/s, of an obstacle
-        double min_normal_velocity = 0;        // m/s, minimum relative normal velocity after the impulses
-        double friction = 0;                   // Coulomb coefficient
+        Vec3 lower_velocity = Vec3::Zero();  // m/s, of the lower side beyond the motion of its mover
+        double min_normal_velocity = 0;      // m/s, minimum relative normal velocity after the impulses
+        double friction = 0;                 // Coulomb coefficient
     };
 
     /// Forgets all contacts and sets the movers.
@@ -47,7 +46,7 @@ class RigidImpulses {
     std::size_t active() const;
 
   private:
-    /// What the normal impulse takes. Most contacts need nothing else.
+    /// A row is what the normal impulse of a contact takes. Most contacts have none and need nothing else.
     struct Row {
         std::uint32_t upper = 0, lower = 0;
         Vec3 normal = Vec3::UnitZ();
@@ -56,8 +55,8 @@ class RigidImpulses {
         double mass = 0;          // kg, effective
         double impulse = 0;       // N s
     };
-    /// What is needed once there is an impulse.
-    struct Rest {
+    /// An active row is what a contact needs in addition once it has an impulse.
+    struct ActiveRow {
         Vec3 turn = Vec3::Zero(), lower_turn = Vec3::Zero();  // 1/(kg m), angular velocity of a unit impulse
         Vec3 arm = Vec3::Zero(), lower_arm = Vec3::Zero();    // m
         Vec3 velocity = Vec3::Zero();  // m/s, of the lower side beyond the motion of its mover
@@ -67,12 +66,12 @@ class RigidImpulses {
     };
 
     double solve(std::size_t k);
-    double apply_friction(const Row& row, Rest& rest);
+    double apply_friction(const Row& row, ActiveRow& active);
 
     std::vector<Mover> movers_;
     std::vector<Row> rows_;
-    std::vector<Rest> rest_;  // per row
-    double fastest_ = 0;      // m/s, largest relative velocity before the impulses
+    std::vector<ActiveRow> active_rows_;  // per row
+    double fastest_ = 0;                  // m/s, largest relative velocity before the impulses
 };
 
 }  // namespace splitcubes::body
