@@ -61,7 +61,7 @@ TEST(BodyTransparency, ACutEndsAtItsFrontOnly) {
     const Parallel parallel(2);
     BodySettings settings;
     settings.cell_size = 0.0125;
-    settings.phyxel_count = 300;
+    settings.phyxel_count = 500;
     settings.criterion = occlusion::CriterionKind::transparency;
     Body body(geometry::make_box(Vec3::Constant(0.2)), settings, parallel);
     constexpr double x = 0.0042, front = 0.05;

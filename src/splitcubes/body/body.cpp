@@ -96,7 +96,7 @@ Body::Body(AtRest made, const Parallel& parallel)
     if (settings_.deformation) settings_.phyxel_count = std::min(settings_.phyxel_count, 64);
     samples_.place(sample_context(parallel),
                    {settings_.name, settings_.phyxel_spacing, settings_.phyxel_count, settings_.velocity,
-                    settings_.angular_velocity});
+                    settings_.angular_velocity, !settings_.deformation});
     if (settings_.deformation) {
         const std::vector<double>& mass = samples_.phyxels.mass;
         const LatticeNodeMotion::InitialMotion initial{std::accumulate(mass.begin(), mass.end(), 0.0),

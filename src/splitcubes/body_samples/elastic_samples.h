@@ -44,6 +44,7 @@ struct SampleSettings {
     int count = 0;                         // target; used only if no spacing is given
     Vec3 velocity = Vec3::Zero();          // m/s, world
     Vec3 angular_velocity = Vec3::Zero();  // rad/s, world, about the centre of mass
+    bool at_centroids = true;              // phyxels near the surface move to centroids of the material
 };
 
 /// Phyxels, the pairs of them that are within reach, their visibility past the surface, and the mass lumped

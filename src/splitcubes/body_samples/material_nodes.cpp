@@ -9,27 +9,19 @@
 
 namespace splitcubes::body {
 
-namespace {
-
-// Length of a node's material along an axis, in cells: in each direction up to the boundary if that crosses
-// the edge, else half way to the next node.
-double node_extent(const splitting::NodeGrid& grid, const Vec3i& node, int axis) {
-    double extent = 0;
-    for (const int step : {-1, 1}) {
-        Vec3i lower = node;
-        if (step < 0) --lower[axis];
-        const std::int32_t slot = grid.slot({lower, axis});
-        if (slot < 0 || grid.crossing(slot).origin != splitting::Origin::boundary) {
-            extent += 0.5;
-        } else {
+NodeExtents node_extents(const splitting::NodeGrid& grid, const Vec3i& node) {
+    NodeExtents out{Vec3::Constant(0.5), Vec3::Constant(0.5)};
+    for (int axis = 0; axis < 3; ++axis)
+        for (const int step : {-1, 1}) {
+            Vec3i lower = node;
+            if (step < 0) --lower[axis];
+            const std::int32_t slot = grid.slot({lower, axis});
+            if (slot < 0 || grid.crossing(slot).origin != splitting::Origin::boundary) continue;
             const double t = grid.crossing(slot).parameter;
-            extent += step > 0 ? t : 1 - t;
+            (step > 0 ? out.above : out.below)[axis] = step > 0 ? t : 1 - t;
         }
-    }
-    return extent;
+    return out;
 }
-
-}  // namespace
 
 double MaterialNodes::total_volume() const {
     double total = 0;
@@ -98,8 +90,8 @@ MaterialNodes list_material_nodes(const splitting::NodeGrid& grid, const splitti
         const Vec3i& node = out.node[i];
         out.rest_position[i] = grid.rest().node_position(node);
         out.piece[i] = pieces.piece_of(grid, node);
-        out.volume[i] = cell_volume * node_extent(grid, node, 0) * node_extent(grid, node, 1) *
-                        node_extent(grid, node, 2);
+        const NodeExtents extents = node_extents(grid, node);
+        out.volume[i] = cell_volume * (extents.below + extents.above).prod();
     });
     // Scales the volumes so that those of a piece's nodes sum to the volume that its surface encloses.
     const auto measures = splitting::measure_pieces(

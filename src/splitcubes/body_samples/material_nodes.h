@@ -39,6 +39,13 @@ struct MaterialNodes {
     meshless::MaterialNodes for_lumping() const { return {rest_position, volume, piece}; }
 };
 
+/// How far the material of an inside node reaches along each axis, cells: up to the boundary where that
+/// crosses the edge, else half way to the next node.
+struct NodeExtents {
+    Vec3 below, above;
+};
+NodeExtents node_extents(const splitting::NodeGrid& grid, const Vec3i& node);
+
 /// Lists the inside nodes of an uncut body.
 MaterialNodes list_material_nodes(const splitting::NodeGrid& grid, const splitting::Surface& surface,
                                   const splitting::Pieces& pieces, const Parallel& parallel);

@@ -8,7 +8,7 @@
 
 namespace splitcubes::body::tuning {
 
-/// Set-up of the samples of a body (material_nodes.cpp, elastic_samples.cpp), and reading of their state
+/// Set-up of the samples of a body (material_nodes.cpp, placement.cpp), and reading of their state
 /// (elastic_samples_state.cpp).
 namespace set_up {
 
@@ -26,6 +26,28 @@ inline constexpr double rotation_tolerance = 1e-3;
 inline constexpr double max_absolute_shares = 5;
 
 }  // namespace set_up
+
+/// Phyxels at centroids (centroids.cpp). Lengths in spacings.
+namespace lloyd {
+
+/// Distance from the surface up to which phyxels move, 1 to 2. Larger spreads what one place lacks over more
+/// phyxels and costs time; smaller crowds them at the surface.
+inline constexpr double reach = 1.6;
+/// Rounds, 4 to 16. Fewer leave phyxels of turned lattices off their centroids; more cost time.
+inline constexpr int max_rounds = 8;
+/// Step over the distance to the centroid, 1 to 1.8. Larger needs fewer rounds, but may swing about the goal;
+/// smaller needs more.
+inline constexpr double relaxation = 1.5;
+/// Step, 0 to 0.02, below which a phyxel stays. Larger ends early, smaller costs time.
+inline constexpr double converged = 0.01;
+/// Size, 0.1 to 0.4, below which a part of material between several phyxels is not halved any more. Larger
+/// moves phyxels by the error of their centroids; smaller costs time.
+inline constexpr double largest_part = 0.4;
+/// Movement below which a phyxel keeps its place in the lattice, 0.01 to 0.1. Larger leaves phyxels off
+/// their centroids; smaller dissolves lattices along boxes, which vector loops read in runs.
+inline constexpr double still = 0.05;
+
+}  // namespace lloyd
 
 /// New phyxels and rigid fragments (resampling.cpp), and ligaments (ligaments.cpp).
 namespace resampling {

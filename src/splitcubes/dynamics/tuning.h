@@ -24,10 +24,10 @@ namespace passes {
 
 /// Maximum number of revisions of the contacts between two linearisations, 6 to 20. More cost time where
 /// contacts keep changing; fewer leave wrong contacts.
-inline constexpr int max_passes = 10;
+inline constexpr int max_passes = 14;
 /// Last of these revisions, 1 to 4, after which solves go to the full tolerance whatever changes. More cost
 /// iterations; fewer leave large residuals where contacts keep changing.
-inline constexpr int tight_passes = 2;
+inline constexpr int tight_passes = 4;
 /// Maximum number of relinearisations because pieces turned, 3 to 12. More cost solves; fewer leave pieces
 /// that are stretched by turning.
 inline constexpr int max_turns = 8;

@@ -23,7 +23,10 @@ TEST_F(ToolPixels, KnifeDrawsItsLineAndOpensACut) {
     EXPECT_GE(session->pieces(), 2U);
     session->set("colouring", 1);
     const Pixel left = at(Vec3(-0.05, 0, 0.1)), right = at(Vec3(0.07, 0, 0.1));
-    EXPECT_GT(std::abs(left.red - right.red) + std::abs(left.green - right.green), 60) << "two pieces";
+    EXPECT_GT(std::abs(left.red - right.red) + std::abs(left.green - right.green) +
+                  std::abs(left.blue - right.blue),
+              90)
+        << "two pieces";
 }
 
 TEST_F(ToolPixels, ScalpelDrawsItsLine) {
