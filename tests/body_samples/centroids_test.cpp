@@ -29,7 +29,7 @@ struct Cells {
     double farthest = 0;         // m, of a point of the solid from its phyxel
 };
 
-// Of the cells of a solid in a box around the origin, by points that are uniform in it.
+// Measures the cells of a solid in a box around the origin by points that are uniform in it.
 Cells cells_by_sampling(const std::vector<Vec3>& phyxels, double half_side,
                         const std::function<bool(const Vec3&)>& contains) {
     Random random(5);

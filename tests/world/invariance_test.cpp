@@ -110,8 +110,8 @@ double difference(const MovedScene& scene, const Isometry& moved) {
 
 class Invariance : public testing::TestWithParam<meshless::SolverKind> {};
 
-// Of the body's side. Where the lips of a cut and the ground touch, rounding decides when a contact begins,
-// and its effect grows with the motion.
+// Returns the difference that a scene may have, as a share of the body's side. Where the lips of a cut and
+// the ground touch, rounding decides when a contact begins, and its effect grows with the motion.
 double tolerance(bool has_contact) {
     return has_contact ? 1e-3 : 1e-6;
 }

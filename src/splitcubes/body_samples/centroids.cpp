@@ -143,9 +143,7 @@ Rounds::Rounds(const SampleContext& context, double spacing, std::vector<Vec3>& 
       unit_(std::ldexp(1.0, std::ilogb(spacing) - 32)),
       positions_(positions),
       can_move_(positions.size(), 0) {
-    std::vector<Vec3> boundary;
-    for (const splitting::Crossing& c : context.grid.crossings())
-        if (c.origin == splitting::Origin::boundary) boundary.push_back(context.grid.crossing_position(c));
+    const std::vector<Vec3> boundary = boundary_points(context);
     const double reach = tuning::lloyd::reach * spacing;
     const meshless::PhyxelLocator near_boundary(boundary, reach);
     const auto none = [](std::uint32_t) { return false; };

@@ -81,9 +81,7 @@ void ElasticSamples::set_motion(const SampleContext& context, const SampleSettin
 // Sets the contact radius of phyxels to their distance from the boundary, so that a phyxel touches the
 // ground when the boundary next to it would.
 void ElasticSamples::set_contact_radii(const SampleContext& context) {
-    std::vector<Vec3> boundary;
-    for (const splitting::Crossing& c : context.grid.crossings())
-        if (c.origin == splitting::Origin::boundary) boundary.push_back(context.grid.crossing_position(c));
+    const std::vector<Vec3> boundary = boundary_points(context);
     if (boundary.empty()) return;
     const double max_radius = 0.75 * spacing;
     const meshless::PhyxelLocator near_boundary(boundary, max_radius);

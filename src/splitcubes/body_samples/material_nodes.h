@@ -39,8 +39,8 @@ struct MaterialNodes {
     meshless::MaterialNodes for_lumping() const { return {rest_position, volume, piece}; }
 };
 
-/// How far the material of an inside node reaches along each axis, cells: up to the boundary where that
-/// crosses the edge, else half way to the next node.
+/// Lengths, cells, by which the material of an inside node reaches along each axis: up to the boundary where
+/// that crosses the edge, else half way to the next node.
 struct NodeExtents {
     Vec3 below, above;
 };

@@ -6,6 +6,7 @@
 #include <splitcubes/core/memory.h>
 #include <splitcubes/geometry/box.h>
 #include <splitcubes/samples/sampling.h>
+#include <splitcubes/splitting/node_grid.h>
 
 #include <cmath>
 
@@ -55,6 +56,13 @@ std::optional<Vec3> point_in_material(const SampleContext& context, const Vec3& 
     if (!context.grid.rest().contains(node) || !context.grid.inside(node)) return std::nullopt;
     const Vec3 at_node = context.grid.rest().node_position(node);
     return context.occluders.segment_blocked(at_node, candidate) ? at_node : candidate;
+}
+
+std::vector<Vec3> boundary_points(const SampleContext& context) {
+    std::vector<Vec3> out;
+    for (const splitting::Crossing& c : context.grid.crossings())
+        if (c.origin == splitting::Origin::boundary) out.push_back(context.grid.crossing_position(c));
+    return out;
 }
 
 std::vector<Vec3> place_phyxels(const SampleContext& context, const SampleSettings& settings,

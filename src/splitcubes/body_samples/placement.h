@@ -21,4 +21,7 @@ std::vector<Vec3> place_phyxels(const SampleContext& context, const SampleSettin
 /// the node is inside but does not see it, so that thin parts are sampled too; else nothing.
 std::optional<Vec3> point_in_material(const SampleContext& context, const Vec3& candidate);
 
+/// Returns the points, m, rest space, at which the boundary of the uncut body crosses edges of the grid.
+std::vector<Vec3> boundary_points(const SampleContext& context);
+
 }  // namespace splitcubes::body
