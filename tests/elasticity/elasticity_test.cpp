@@ -165,6 +165,45 @@ TEST(Elasticity, ForceIsTheNegativeEnergyGradient) {
     }
 }
 
+// Layers that are nearly flat: F maps what lies off their plane by a normal that follows the phyxels.
+TEST(Elasticity, ForcesOfFlatNeighbourhoodsAreTheGradientAndExertNoTorque) {
+    const Parallel parallel(1);
+    Random random(14);
+    int off_plane = 0;
+    for (int trial = 0; trial < 30; ++trial) {
+        Specimen body;
+        if (trial % 3 == 1) body.material.model = MaterialModel::st_venant_kirchhoff;
+        if (trial % 3 == 2) body.material.plasticity = Plasticity{};
+        const Vec3 shape(1, 1, random.uniform(0.02, 0.06));
+        for (int i = 0; i < 9; ++i) body.add(random_vector(random, 0.1).cwiseProduct(shape), 0.05);
+        body.connect(parallel);
+        strain_plastically(body, 0.05, random);
+        for (std::size_t i = 0; i < body.phyxels.size(); ++i)
+            off_plane += body.neighbourhoods.has_neighbours_off_plane(i);
+        const std::vector<Vec3> position = shaken_positions(body, 0.004, random);
+        const State state = state_of(body, position, parallel);
+        double scale = 0;
+        Vec3 torque = Vec3::Zero();
+        for (std::size_t i = 0; i < position.size(); ++i) {
+            scale = std::max(scale, state.force[i].norm());
+            torque += (position[i] - position[0]).cross(state.force[i]);
+        }
+        EXPECT_LT(torque.norm(), 1e-11 * scale);
+        const double step = 1e-7;
+        for (std::size_t i = 0; i < position.size(); i += 4)
+            for (int axis = 0; axis < 3; ++axis) {
+                std::vector<Vec3> high = position, low = position;
+                high[i][axis] += step;
+                low[i][axis] -= step;
+                const double slope =
+                    (state_of(body, high, parallel).energy - state_of(body, low, parallel).energy) /
+                    (2 * step);
+                EXPECT_NEAR(state.force[i][axis], -slope, 1e-5 * scale);
+            }
+    }
+    EXPECT_GT(off_plane, 100);
+}
+
 TEST(Elasticity, ForcesConserveMomentum) {
     const Parallel parallel(1);
     Random random(5);

@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <memory>
 
 namespace splitcubes::body {
@@ -110,34 +111,34 @@ double difference(const MovedScene& scene, const Isometry& moved) {
 
 class Invariance : public testing::TestWithParam<meshless::SolverKind> {};
 
-// Returns the difference that a scene may have, as a share of the body's side. Where the lips of a cut and
-// the ground touch, rounding decides when a contact begins, and its effect grows with the motion.
-double tolerance(bool has_contact) {
-    return has_contact ? 1e-3 : 1e-6;
+// Compares ten scenes with moved copies. With contact of the lips of a cut a scene may be unstable: then
+// rounding grows with the motion. Few are.
+void expect_same(meshless::SolverKind solver, std::uint64_t seed,
+                 const std::function<Isometry(Random&)>& any_motion) {
+    constexpr double tolerance = 1e-6 * body_side;
+    for (const bool has_contact : {false, true}) {
+        Random random(seed);
+        int unstable = 0;
+        for (int k = 0; k < 5; ++k) {
+            const MovedScene scene = any_scene(random, solver, has_contact);
+            const double found = difference(scene, any_motion(random));
+            if (has_contact && found > tolerance) ++unstable;
+            EXPECT_LE(found, has_contact ? 1e3 * tolerance : tolerance) << k << ' ' << has_contact;
+        }
+        EXPECT_LE(unstable, 1);
+    }
 }
 
 TEST_P(Invariance, OfACutUnderRotationOfAll) {
-    for (const bool has_contact : {false, true}) {
-        Random random(51);
-        for (int k = 0; k < 5; ++k) {
-            const MovedScene scene = any_scene(random, GetParam(), has_contact);
-            EXPECT_LE(difference(scene, any_placement(random, 1)), tolerance(has_contact) * body_side)
-                << k << ' ' << has_contact;
-        }
-    }
+    expect_same(GetParam(), 51, [](Random& random) { return any_placement(random, 1); });
 }
 
 TEST_P(Invariance, OfACutAKilometreAway) {
-    for (const bool has_contact : {false, true}) {
-        Random random(52);
-        for (int k = 0; k < 5; ++k) {
-            const MovedScene scene = any_scene(random, GetParam(), has_contact);
-            Isometry moved = Isometry::Identity();
-            moved.translation() = 1000 * any_vector(random).normalized();
-            EXPECT_LE(difference(scene, moved), tolerance(has_contact) * body_side)
-                << k << ' ' << has_contact;
-        }
-    }
+    expect_same(GetParam(), 52, [](Random& random) {
+        Isometry moved = Isometry::Identity();
+        moved.translation() = 1000 * any_vector(random).normalized();
+        return moved;
+    });
 }
 
 INSTANTIATE_TEST_SUITE_P(

@@ -99,6 +99,33 @@ double penalty_energy(const Neighbourhoods& neighbourhoods, std::size_t i, const
     return 0.5 * neighbourhoods.penalty()[i] * squares;
 }
 
+Mat3 normal_tension(const Mat3& basis, const Mat3& F, const Vec3& off_plane) {
+    const Vec3 e0 = basis.col(0), e1 = basis.col(1), image0 = F * e0, image1 = F * e1;
+    const Vec3 normal = F * basis.col(2), cross = image0.cross(image1);
+    const double square = cross.squaredNorm();
+    if (!(square > 1e-24 * image0.squaredNorm() * image1.squaredNorm())) return Mat3::Zero();
+    // dn = -sum_a dual_a (n . dF e_a), with the dual basis of the images in their plane.
+    const Vec3 dual0 = image1.cross(cross) / square, dual1 = cross.cross(image0) / square;
+    return -normal * (off_plane.dot(dual0) * e0 + off_plane.dot(dual1) * e1).transpose();
+}
+
+namespace {
+
+// Returns normal_tension of phyxel i.
+Mat3 normal_tension_of(const Neighbourhoods& neighbourhoods, std::size_t i, const ElasticState& state) {
+    const Mat3& basis = neighbourhoods.basis()[i];
+    const Mat3& F = state.deformation[i];
+    Vec3 off_plane = Vec3::Zero();
+    for (std::uint32_t l = neighbourhoods.links_begin(i); l < neighbourhoods.links_end(i); ++l) {
+        const Vec3& edge = neighbourhoods.rest_edge()[l];
+        const Vec3 error = F * edge - (state.position[neighbourhoods.neighbour()[l]] - state.position[i]);
+        off_plane += neighbourhoods.weight()[l] * basis.col(2).dot(edge) * error;
+    }
+    return normal_tension(basis, F, neighbourhoods.penalty()[i] * off_plane);
+}
+
+}  // namespace
+
 double ElasticForces::energy(const Neighbourhoods& neighbourhoods, const Material& material,
                              const ElasticState& state, const Parallel& parallel) {
     return sum_(parallel, neighbourhoods.size(), [&](std::size_t begin, std::size_t end) {
@@ -148,6 +175,8 @@ void ElasticForces::forces(const Neighbourhoods& neighbourhoods, const Material&
             neighbourhoods.volume()[i] *
             piola_stress(material, state.deformation[i], state.rotation[i],
                          resolved_plastic_strain(neighbourhoods, material, i, state.plastic_strain));
+        if (neighbourhoods.has_neighbours_off_plane(i))
+            tension_[i] += normal_tension_of(neighbourhoods, i, state);
     });
     for_phyxels(parallel, n, [&](std::size_t i) {
         force[i] = gather_force(neighbourhoods, i, state.deformation, state.position);

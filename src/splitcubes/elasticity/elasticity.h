@@ -8,7 +8,8 @@
 // with w_ij x_ij = A_i g_ij the force becomes
 // f_i = T_i G_i - sum_j T_j g_ji + sum_j m_ij (u_j - u_i),
 // T = V P - c H A, H = F - I, G_i = sum_j g_ij, m_ij = c_i w_ij + c_j w_ji, u = x - X:
-// one more number per link than without the penalty. The code here evaluates e_ij in
+// one more number per link than without the penalty. With rank 2 F also has the completed
+// normal, whose derivative is in normal_tension. The code here evaluates e_ij in
 // double precision and is the reference for SlicedElasticity.
 #pragma once
 
@@ -65,12 +66,18 @@ struct ElasticState {
 double penalty_energy(const Neighbourhoods& neighbourhoods, std::size_t i, const Mat3& deformation,
                       std::span<const Vec3> position);
 
+/// Returns dE/dF of the penalty of a phyxel of rank 2 through the completed normal n, J: its neighbours off
+/// the plane pull on n, which turns with the images of the kept directions. off_plane: c_i sum_j w_ij s_j
+/// e_ij, N m, s_j the height of neighbour j above the plane. With it the forces of such a phyxel exert no
+/// torque.
+Mat3 normal_tension(const Mat3& basis, const Mat3& F, const Vec3& off_plane);
+
 /// Forces and stiffness, with the buffers they need. One per solver: a call
 /// uses the buffers, so calls of one object must not overlap.
 class ElasticForces {
   public:
-    /// Computes -dE/dx, N. Completed directions are constant in the derivative of e_ij;
-    /// plastic strain counts in the kept directions only. The forces sum to zero up to rounding.
+    /// Computes -dE/dx, N. Plastic strain counts in the kept directions only. The forces sum to zero up to
+    /// rounding.
     void forces(const Neighbourhoods& neighbourhoods, const Material& material, const ElasticState& state,
                 std::span<Vec3> force, const Parallel& parallel);
 

@@ -35,9 +35,9 @@ inline constexpr int max_midpoint_iterations = 60;
 /// Moment matrices and the penalty of zero-energy modes (neighbourhoods.cpp).
 namespace neighbourhoods {
 
-/// Fraction of the largest eigenvalue of a moment matrix, 1e-5 to 1e-2, below which a direction is dropped.
+/// Fraction of the largest eigenvalue of a moment matrix, 1e-5 to 5e-3, below which a direction is dropped.
 /// Larger takes thin neighbourhoods for flat ones; smaller inverts noise.
-inline constexpr double rank_threshold = 1e-3;
+inline constexpr double rank_threshold = 3e-3;
 /// c_i = this * zero_energy * mu V_i / trace A_i. With 5, zero_energy 0.1 restores the shape of a body whose
 /// phyxels start at random positions; 0.02 leaves it crumpled. Larger stiffens bending.
 inline constexpr double penalty_factor = 5;

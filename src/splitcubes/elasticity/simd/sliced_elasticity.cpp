@@ -344,25 +344,42 @@ double SlicedElasticity::energy(const Configuration& configuration, const Parall
 }
 
 // Adds the penalty forces of rank 2 phyxels on neighbours off their plane: F maps these by the completed
-// normal, which the fitted gradient does not contain.
+// normal, which the fitted gradient does not contain and which turns with it.
 void SlicedElasticity::add_off_plane_forces(float* force) const {
     const std::size_t n = stride();
+    const auto displacement = [&](std::size_t i) {
+        Vec3 out;
+        for (std::size_t k = 0; k < 3; ++k)
+            out[static_cast<int>(k)] =
+                static_cast<double>(high_[k * n + i]) + static_cast<double>(low_[k * n + i]);
+        return out;
+    };
+    const auto add_off_plane_force = [&](std::size_t i) {
+        const std::span<const Vec3> edge = neighbourhoods_->rest_edge();
+        const Mat3& basis = neighbourhoods_->basis()[i];
+        const Mat3 F = frame_.world.transpose() * deformation_[i];
+        const Vec3 dropped = basis.col(2), turned = F * dropped - dropped, here = displacement(i);
+        Vec3 sum = Vec3::Zero();
+        for (std::uint32_t l = neighbourhoods_->links_begin(i); l < neighbourhoods_->links_end(i); ++l) {
+            const Vec3 moved = displacement(neighbourhoods_->neighbour()[l]) - here;
+            sum += neighbourhoods_->weight()[l] * dropped.dot(edge[l]) * (F * edge[l] - edge[l] - moved);
+        }
+        const double penalty = neighbourhoods_->penalty()[i];
+        const Mat3 tension = normal_tension(basis, F, penalty * sum);
+        for (std::uint32_t l = neighbourhoods_->links_begin(i); l < neighbourhoods_->links_end(i); ++l) {
+            const Vec3 on_neighbour = penalty * neighbourhoods_->weight()[l] * dropped.dot(edge[l]) * turned -
+                                      tension * neighbourhoods_->gradient()[l];
+            for (std::size_t k = 0; k < 3; ++k) {
+                const auto part = static_cast<float>(on_neighbour[static_cast<int>(k)]);
+                force[k * n + i] -= part;
+                force[k * n + neighbourhoods_->neighbour()[l]] += part;
+            }
+        }
+    };
     for (std::size_t slice = 0; slice < slice_count(); ++slice)
         for (unsigned bits = slices_->deficient()[slice]; bits != 0; bits &= bits - 1) {
             const std::size_t i = slice * lanes + static_cast<std::size_t>(std::countr_zero(bits));
-            if (!neighbourhoods_->has_neighbours_off_plane(i)) continue;
-            const Vec3 dropped = neighbourhoods_->basis()[i].col(2);
-            const Vec3 turned = neighbourhoods_->penalty()[i] *
-                                (frame_.world.transpose() * deformation_[i] * dropped - dropped);
-            for (std::uint32_t l = neighbourhoods_->links_begin(i); l < neighbourhoods_->links_end(i); ++l) {
-                const double off =
-                    neighbourhoods_->weight()[l] * dropped.dot(neighbourhoods_->rest_edge()[l]);
-                for (std::size_t k = 0; k < 3; ++k) {
-                    const auto part = static_cast<float>(off * turned[static_cast<int>(k)]);
-                    force[k * n + i] -= part;
-                    force[k * n + neighbourhoods_->neighbour()[l]] += part;
-                }
-            }
+            if (neighbourhoods_->has_neighbours_off_plane(i)) add_off_plane_force(i);
         }
 }
 
