@@ -23,6 +23,7 @@
 #include <iostream>
 #include <memory>
 #include <mutex>
+#include <span>
 #include <thread>
 
 namespace splitcubes::app {
@@ -168,27 +169,45 @@ int bench_validation(const BenchOptions& options) {
     return 0;
 }
 
-int bench_notch(const BenchOptions& options) {
-    const auto parallel = std::make_shared<const Parallel>(options.threads);
+// Prints one row per cell of depth: added sag over theory, and in brackets its rise over theory's in the
+// whole cell, and the largest in a part of it.
+void print_notches(std::span<const NotchDepth> depths) {
     std::printf(
-        "added sag over theory, and in brackets its rise by one layer over theory's\n| across | layers |");
+        "added sag over theory (its rise in a cell over theory's; the largest in a part of the cell)\n");
+    std::printf("| across | cells deep |");
     for (const char* name : occlusion::criterion_names) std::printf(" %s |", name);
     std::printf("\n|---|---|---|---|---|---|\n");
-    Json rows = Json::array();
-    NotchDepth before;  // by one layer less
-    for (const NotchDepth& depth : measure_notches(parallel)) {
-        if (depth.layers == 1) before = {};
-        std::printf("| %d | %d |", depth.across, depth.layers);
-        for (std::size_t k = 0; k < depth.sag.size(); ++k)
-            std::printf(" %.2f (%.2f) |", depth.sag[k] / depth.expected,
-                        (depth.sag[k] - before.sag[k]) / (depth.expected - before.expected));
+    constexpr std::size_t parts = notch_depths_per_cell;
+    for (std::size_t last = parts - 1; last < depths.size(); last += parts) {
+        // No cut comes before the first depth of a bar.
+        const auto before_of = [&](std::size_t k) {
+            return depths[k].cells > 1.0 / parts ? depths[k - 1] : NotchDepth{};
+        };
+        const NotchDepth& depth = depths[last];
+        const NotchDepth before = before_of(last + 1 - parts);
+        std::printf("| %d | %.3f |", depth.across, depth.cells);
+        for (std::size_t c = 0; c < depth.sag.size(); ++c) {
+            const auto rise = [&](const NotchDepth& from, const NotchDepth& to) {
+                return (to.sag[c] - from.sag[c]) / (to.expected - from.expected);
+            };
+            double largest = 0;
+            for (std::size_t k = last + 1 - parts; k <= last; ++k)
+                largest = std::max(largest, rise(before_of(k), depths[k]));
+            std::printf(" %.2f (%.2f; %.2f) |", depth.sag[c] / depth.expected, rise(before, depth), largest);
+        }
         std::printf("\n");
-        before = depth;
+    }
+}
+
+int bench_notch(const BenchOptions& options) {
+    const std::vector<NotchDepth> depths = measure_notches(std::make_shared<const Parallel>(options.threads));
+    print_notches(depths);
+    Json rows = Json::array();
+    for (const NotchDepth& depth : depths)
         rows.push_back({{"across", depth.across},
-                        {"layers", depth.layers},
+                        {"cells", depth.cells},
                         {"expected", depth.expected},
                         {"sag", depth.sag}});
-    }
     const Json json = {{"bench", "notch"}, {"criteria", occlusion::criterion_names}, {"depths", rows}};
     std::cout << json_text(json) << '\n';
     write_json(options.json, json);

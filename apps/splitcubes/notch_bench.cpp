@@ -8,10 +8,11 @@ std::vector<NotchDepth> measure_notches(const std::shared_ptr<const Parallel>& p
     std::vector<NotchDepth> out;
     for (const int across : {4, 6}) {
         std::vector<double> shares;
-        for (int layers = 1; layers <= 3 * across / 2; ++layers) shares.push_back(layers / (2.0 * across));
         const std::size_t first = out.size();
-        for (std::size_t k = 0; k < shares.size(); ++k)
-            out.push_back({.across = across, .layers = static_cast<int>(k) + 1});
+        for (int k = 0; k < notch_depths_per_cell * 3 * across / 2; ++k) {
+            out.push_back({.across = across, .cells = (k + 0.5) / notch_depths_per_cell});
+            shares.push_back(out.back().cells / (2.0 * across));
+        }
         for (std::size_t c = 0; c < occlusion::criterion_names.size(); ++c) {
             const std::vector<ValidationPoint> points =
                 notched_bars(shares, across, static_cast<occlusion::CriterionKind>(c), parallel);

@@ -11,7 +11,8 @@ namespace {
 
 using namespace laws;
 
-// Returns the number of groups into which links divide the elastic pieces, less that of these pieces.
+// Returns the number of groups into which links divide the elastic pieces, less that of these pieces. A link
+// acts on both its ends, also where only one of them has it in reach.
 std::size_t separate_group_count(const Body& body) {
     const meshless::Phyxels& phyxels = body.phyxels();
     const meshless::Neighbourhoods& links = body.neighbourhoods();
@@ -27,7 +28,8 @@ std::size_t separate_group_count(const Body& body) {
         for (std::size_t k = 0; k < group.size(); ++k)
             for (std::uint32_t l = links.links_begin(group[k]); l < links.links_end(group[k]); ++l) {
                 const std::uint32_t j = links.neighbour()[l];
-                if (seen[j] != 0 || !(links.weight()[l] > 0)) continue;
+                const std::uint32_t back = links.find_link(j, group[k]);
+                if (seen[j] != 0 || !(links.weight()[l] + links.weight()[back] > 0)) continue;
                 seen[j] = 1;
                 group.push_back(j);
             }

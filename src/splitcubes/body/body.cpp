@@ -8,6 +8,7 @@
 #include <splitcubes/dynamics/time_integrator.h>
 #include <splitcubes/fracture/tearing.h>
 #include <splitcubes/geometry/shape_frame.h>
+#include <splitcubes/node_motion/blade_fronts.h>
 #include <splitcubes/node_motion/lattice_node_motion.h>
 #include <splitcubes/node_motion/phyxel_node_motion.h>
 #include <splitcubes/splitting/extract.h>
@@ -77,6 +78,7 @@ Body::Body(AtRest made, const Parallel& parallel)
       samples_(criterion_of(settings_)),
       solver_(std::make_unique<meshless::TimeIntegrator>()),
       relaxation_(std::make_unique<meshless::CutRelaxation>()),
+      fronts_(std::make_unique<BladeFronts>()),
       boundary_(settings_.pose) {
     check_settings(settings_);
     meshless::check_material(settings_.material, "body '" + settings_.name + "' material");

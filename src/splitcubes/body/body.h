@@ -41,6 +41,7 @@ class Surface;
 
 namespace splitcubes::body {
 
+class BladeFronts;
 struct BodyView;
 class LatticeNodeMotion;
 class NodeMotion;
@@ -195,6 +196,8 @@ class Body {
     void save_cuts(StateWriter& writer) const;
     void load_cuts(StateReader& reader);
     void rebuild_derived_state(const Parallel& parallel);
+    void cut_edges_near(std::span<const cutting::SweptBlade> blades, std::int32_t cut_number,
+                        Vec3& last_normal, const Parallel& parallel);
     void accumulate_cut_force(std::int32_t slot, double dt, const Isometry& tool_before,
                               const Isometry& tool_now, ToolForce& tool_force) const;
     void settle_topology(const Parallel& parallel, TopologyChange& change);
@@ -221,6 +224,7 @@ class Body {
     std::unique_ptr<meshless::CutRelaxation> relaxation_;
 
     std::unique_ptr<NodeMotion> motion_;
+    std::unique_ptr<BladeFronts> fronts_;
     LatticeNodeMotion* lattice_ = nullptr;  // motion_ if a deformation model moves the nodes; else null
     SurfaceMotion surface_motion_;
     std::size_t cut_edge_count_ = 0;

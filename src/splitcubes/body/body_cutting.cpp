@@ -3,6 +3,7 @@
 #include <splitcubes/body/step_context.h>
 #include <splitcubes/body/step_report.h>
 #include <splitcubes/body_samples/topology_change.h>
+#include <splitcubes/node_motion/blade_fronts.h>
 #include <splitcubes/node_motion/node_motion.h>
 #include <splitcubes/node_motion/node_ties.h>
 #include <splitcubes/node_motion/rest_cut.h>
@@ -46,22 +47,32 @@ void add_shifted_hits(const cutting::SweptBlade& first, std::span<const cutting:
 void Body::cut_edges(std::span<const cutting::SweptBlade> blades, std::int32_t cut_number, Vec3& last_normal,
                      const StepContext& context, TopologyChange& change, StepReport& report,
                      const Isometry& tool_before, const Isometry& tool_now, ToolForce& tool_force) {
-    const std::vector<splitting::GridEdge> edges = motion_->edges_near(grid_, blades, context.parallel);
-    if (edges.empty()) return;
-    const NodeMotion::Candidates candidates =
-        motion_->candidate_edges(edges, tracker_context(context.parallel));
-    std::vector<cutting::EdgeCut> cuts =
-        cutting::cut_edges(blades, candidates.moving, last_normal, context.parallel);
-    add_shifted_hits(blades.front(), candidates.shifted, last_normal, context.parallel, cuts);
-    resolve_node_ties(grid_, cuts);
-    for (const cutting::EdgeCut& cut : cuts) {
-        const std::int32_t slot = grid_.cut(splitting::edge_from_id(cut.id), cut.parameter, cut.rest_normal,
-                                            splitting::Origin::cut, cut_number);
-        if (slot < 0) continue;
+    const std::size_t first_new = grid_.crossings().size();
+    cut_edges_near(blades, cut_number, last_normal, context.parallel);
+    for (std::size_t k = first_new; k < grid_.crossings().size(); ++k) {
+        const auto slot = static_cast<std::int32_t>(k);
         change.crossings.push_back(slot);
         accumulate_cut_force(slot, context.dt, tool_before, tool_now, tool_force);
     }
-    report.counts.new_cut_edges += cuts.size();
+    report.counts.new_cut_edges += grid_.crossings().size() - first_new;
+    fronts_->add(grid_, std::span(change.crossings).last(grid_.crossings().size() - first_new));
+    const std::vector<splitting::CutFront> moved =
+        fronts_->advance(grid_, *motion_, tracker_context(context.parallel), blades, cut_number, first_new);
+    change.fronts.insert(change.fronts.end(), moved.begin(), moved.end());
+}
+
+// Cuts the edges that the blades crossed during the last interval.
+void Body::cut_edges_near(std::span<const cutting::SweptBlade> blades, std::int32_t cut_number,
+                          Vec3& last_normal, const Parallel& parallel) {
+    const std::vector<splitting::GridEdge> edges = motion_->edges_near(grid_, blades, parallel);
+    if (edges.empty()) return;
+    const NodeMotion::Candidates candidates = motion_->candidate_edges(edges, tracker_context(parallel));
+    std::vector<cutting::EdgeCut> cuts = cutting::cut_edges(blades, candidates.moving, last_normal, parallel);
+    add_shifted_hits(blades.front(), candidates.shifted, last_normal, parallel, cuts);
+    resolve_node_ties(grid_, cuts);
+    for (const cutting::EdgeCut& cut : cuts)
+        grid_.cut(splitting::edge_from_id(cut.id), cut.parameter, cut.rest_normal, splitting::Origin::cut,
+                  cut_number);
 }
 
 // Adds the resistance of one grid edge that the blade cut in the last interval of dt seconds.

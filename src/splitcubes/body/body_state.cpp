@@ -3,19 +3,21 @@
 // lumping, kernels and vertices from phyxels and nodes. Every stored number is checked when it is read.
 #include <splitcubes/body/body.h>
 #include <splitcubes/math/state_numbers.h>
+#include <splitcubes/node_motion/blade_fronts.h>
 #include <splitcubes/node_motion/node_motion.h>
 #include <splitcubes/splitting/surface.h>
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 namespace splitcubes::body {
 
 namespace {
 
 // Stored bytes of a cut edge: bounds the count that is read.
-constexpr std::size_t bytes_of_cut = 44;
+constexpr std::size_t bytes_of_cut = 48;
 
 // Whether an edge lies within the material and is uncut.
 bool can_be_cut(const splitting::NodeGrid& grid, const splitting::GridEdge& edge) {
@@ -53,6 +55,8 @@ void Body::save_cuts(StateWriter& writer) const {
     for (const splitting::Crossing& c : all) writer.add(c.hit);
     for (const splitting::Crossing& c : all) write_numbers(writer, c.normal);
     for (const splitting::Crossing& c : all) writer.add(c.cut);
+    for (const splitting::Crossing& c : all)
+        for (const std::uint8_t front : c.front) writer.add(front);
     writer.add(std::uint64_t{cut_stage_ends_.size()});
     writer.add(std::span<const std::uint32_t>(cut_stage_ends_));
 }
@@ -66,6 +70,8 @@ void Body::load_cuts(StateReader& reader) {
     read_numbers(reader, count, normals, "an invalid cut normal");
     const std::vector<std::int32_t> cuts =
         reader.numbers<std::int32_t>(count, 0, std::numeric_limits<std::int32_t>::max(), "an invalid cut id");
+    const std::vector<std::uint8_t> fronts =
+        reader.numbers<std::uint8_t>(4 * count, 0, splitting::front_steps - 1, "a front outside its face");
     const std::vector<std::uint32_t> stage_ends = reader.numbers<std::uint32_t>(reader.count(4));
     require_state(stage_ends.empty() ? count == 0 : stage_ends.back() == count, "cuts assigned to no step");
     require_state(stage_ends.size() >= cut_stage_ends_.size() &&
@@ -86,6 +92,7 @@ void Body::load_cuts(StateReader& reader) {
             crossing.normal = normals[k];
             crossing.origin = splitting::Origin::cut;
             crossing.cut = cuts[k];
+            std::copy_n(fronts.begin() + static_cast<std::ptrdiff_t>(4 * k), 4, crossing.front.begin());
             slots.push_back(grid_.put(crossing));
         }
         surface_->retessellate(grid_, slots);
@@ -93,6 +100,10 @@ void Body::load_cuts(StateReader& reader) {
         cut_edge_count_ = stage_ends[s];
     }
     cut_stage_ends_ = stage_ends;
+    std::vector<std::int32_t> all(cut_edge_count_);
+    std::iota(all.begin(), all.end(), static_cast<std::int32_t>(solid_crossings_));
+    *fronts_ = {};
+    fronts_->add(grid_, all);
     inside_.label_pieces(grid_, *pieces_);
 }
 

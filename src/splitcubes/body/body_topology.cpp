@@ -27,7 +27,8 @@ void resample_gaps(const meshless::Phyxels& phyxels, TopologyChange& change) {
 }  // namespace
 
 void Body::retessellate(const Parallel& parallel, TopologyChange& change, StepReport& report) {
-    const std::vector<std::uint32_t>& changed = surface_->retessellate(grid_, change.crossings);
+    const std::vector<std::uint32_t>& changed =
+        surface_->retessellate(grid_, change.crossings, change.fronts);
     change.cells = changed;
     change.boxes = occluders_.update(grid_, *surface_, changed, parallel);
     cut_edge_count_ += change.crossings.size();

@@ -21,6 +21,7 @@ struct Gap {
 /// step it lists what the step changed, until the next one begins.
 struct TopologyChange {
     std::vector<std::int32_t> crossings;        // cut_edges, tear: new ones of the NodeGrid, ascending slots
+    std::vector<splitting::CutFront> fronts;    // cut_edges: those of earlier cuts that moved
     std::vector<std::uint32_t> cells;           // retessellate: cells of the Surface that were made again
     std::vector<geometry::Box> boxes;           // retessellate: m, rest space; contain all that changed
     std::vector<splitting::PieceSplit> splits;  // label_pieces
@@ -35,6 +36,7 @@ struct TopologyChange {
     /// Keeps the capacity of the arrays.
     void clear() {
         crossings.clear();
+        fronts.clear();
         cells.clear();
         boxes.clear();
         splits.clear();

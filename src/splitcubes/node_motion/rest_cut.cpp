@@ -1,4 +1,5 @@
 #include <splitcubes/cutting/sweep.h>
+#include <splitcubes/node_motion/blade_fronts.h>
 #include <splitcubes/node_motion/node_ties.h>
 #include <splitcubes/node_motion/rest_cut.h>
 #include <splitcubes/node_motion/tuning.h>
@@ -129,6 +130,7 @@ std::vector<std::int32_t> cut_with_blade(NodeGrid& grid, const cutting::Blade& b
     std::vector<std::int32_t> slots;
     Vec3 last_normal = Vec3::Zero();
     Candidates near(grid);
+    std::vector<cutting::SweptBlade> all;
     const std::vector<double> times = span_times(blade);
     for (std::size_t k = 0; k + 1 < times.size(); ++k) {
         if (stop && stop()) break;
@@ -137,7 +139,7 @@ std::vector<std::int32_t> cut_with_blade(NodeGrid& grid, const cutting::Blade& b
         for (const cutting::SweptBlade& part : swept)
             for (const MovingSegment& segment : part.segments) near.add(segment);
         const std::vector<cutting::CandidateEdge> candidates = near.take();
-        if (candidates.empty()) continue;
+        all.insert(all.end(), swept.begin(), swept.end());
         std::vector<cutting::EdgeCut> cuts = cutting::cut_edges(swept, candidates, last_normal, parallel);
         resolve_node_ties(grid, cuts);
         for (const cutting::EdgeCut& cut : cuts) {
@@ -146,6 +148,7 @@ std::vector<std::int32_t> cut_with_blade(NodeGrid& grid, const cutting::Blade& b
             if (slot >= 0) slots.push_back(slot);
         }
     }
+    place_fronts_at_rest(grid, slots, all);
     return slots;
 }
 

@@ -27,7 +27,8 @@ inline constexpr std::size_t max_source_search = 4096;
 
 }  // namespace set_up
 
-/// Cuts by tools (rest_cut.cpp, node_ties.cpp), and bounds on the nodes near them (moving_bricks.cpp).
+/// Cuts by tools (rest_cut.cpp, node_ties.cpp, blade_fronts.cpp), and bounds on the nodes near them
+/// (moving_bricks.cpp).
 namespace cutting {
 
 /// Share of an edge from its end, 1e-6 to 0.01, within which a hit counts as a hit of the node. Larger moves
@@ -43,6 +44,9 @@ inline constexpr double rounding_share = 1e-9;
 inline constexpr double rest_cut_leaf_size = 2;
 /// Maximum number of halvings; reached only by extreme coordinates.
 inline constexpr int rest_cut_max_depth = 100;
+/// Cells, 0.5 to 2, by which a face of a front is widened before its box is compared with that of a blade:
+/// the box is of the last positions. Larger tests more fronts; smaller misses fronts of fast bodies.
+inline constexpr double front_margin = 1;
 /// Every so many phyxels are averaged to the motion relative to which bricks are bounded. Larger saves time
 /// and may widen bounds, which changes no result.
 inline constexpr std::size_t motion_sample_stride = 32;

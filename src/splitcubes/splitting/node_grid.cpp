@@ -18,6 +18,19 @@ GridEdge edge_from_id(std::uint64_t id) {
             static_cast<int>(id >> 48)};
 }
 
+GridFace face_beside(const GridEdge& edge, int side) {
+    const int across = (edge.axis + 1 + side / 2) % 3;
+    GridFace face{edge.node, 3 - edge.axis - across};
+    if (side % 2 == 0) --face.node[across];
+    return face;
+}
+
+GridEdge opposite_edge(const GridEdge& edge, int side) {
+    GridEdge out = edge;
+    out.node[(edge.axis + 1 + side / 2) % 3] += side % 2 == 0 ? -1 : 1;
+    return out;
+}
+
 NodeGrid::NodeGrid(const RestGrid& rest)
     : rest_(rest), layout_(rest.node_count), words_(layout_.total()), edge_slots_(layout_) {}
 
@@ -67,6 +80,23 @@ std::int32_t NodeGrid::put(Crossing crossing) {
     crossings_.push_back(crossing);
     edge_slots_.set(edge.node, edge.axis, slot);
     return slot;
+}
+
+bool NodeGrid::ends_in(const CutFront& front) const {
+    const Crossing& crossing = this->crossing(front.slot);
+    if (crossing.origin != Origin::cut) return false;
+    const GridEdge opposite = opposite_edge(crossing.edge, front.side);
+    if (!has_edge(opposite) || is_cut(opposite)) return false;
+    const GridFace face = face_beside(crossing.edge, front.side);
+    GridEdge between{face.node, 3 - face.axis - crossing.edge.axis};
+    if (is_cut(between)) return false;
+    ++between.node[crossing.edge.axis];
+    return !is_cut(between);
+}
+
+void NodeGrid::move_front(const CutFront& front, int step) {
+    assert(step > 0 && step < front_steps);
+    crossings_[static_cast<std::size_t>(front.slot)].front[front.side] = static_cast<std::uint8_t>(step);
 }
 
 Vec3 NodeGrid::crossing_position(const Crossing& crossing) const {

@@ -7,6 +7,7 @@
 #include <splitcubes/splitting/cube.h>
 #include <splitcubes/splitting/slot_map.h>
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -28,10 +29,25 @@ struct GridEdge {
     bool operator==(const GridEdge& other) const { return node == other.node && axis == other.axis; }
 };
 
+/// A grid face, from `node` along the two other axes.
+struct GridFace {
+    Vec3i node = Vec3i::Zero();
+    int axis = 0;  // normal to it
+};
+
+/// Returns a face beside an edge. side: 2 k + s, 0 to 3; the face spans the edge's axis a and (a + 1 + k) %
+/// 3, towards lower (s = 0) or higher (s = 1) nodes.
+GridFace face_beside(const GridEdge& edge, int side);
+/// Returns the edge of that face which is parallel to the given one.
+GridEdge opposite_edge(const GridEdge& edge, int side);
+
 /// Returns a grid edge as one number, stable for the life of a grid: 16 bits per coordinate, then the axis.
 /// Its order is by axis, z, y, x.
 std::uint64_t edge_id(const GridEdge& edge);
 GridEdge edge_from_id(std::uint64_t id);
+
+/// Steps in which the front of a sheet passes a face.
+inline constexpr int front_steps = 16;
 
 /// Crossing of a cut edge.
 struct Crossing {
@@ -41,6 +57,15 @@ struct Crossing {
     Vec3 normal;       // unit, rest space, never against the edge: normal[axis] >= 0
     Origin origin;
     std::int32_t cut;  // index of the cut; -1 for the boundary
+    /// Per face_beside, used while that face has no other cut edge: how far the sheet's front has come on its
+    /// way through the face (see front_ray), in 1 / front_steps; 0: it is not known, half way.
+    std::array<std::uint8_t, 4> front = {};
+};
+
+/// A face in which a sheet ends: its only cut edge is that of `slot`, and it lies on that side of it.
+struct CutFront {
+    std::int32_t slot;
+    std::uint8_t side;
 };
 
 /// State of a cell's corners and edges.
@@ -91,6 +116,11 @@ class NodeGrid {
     /// Adds a crossing of an equal grid to an uncut edge and returns its new slot. `hit` must be in [0, 1]
     /// and the normal as `cut` leaves it.
     std::int32_t put(Crossing crossing);
+
+    /// Returns whether the sheet of a cut between inside nodes ends in this face.
+    bool ends_in(const CutFront& front) const;
+    /// Moves the front of a sheet in a face to a step, 1 to front_steps - 1.
+    void move_front(const CutFront& front, int step);
 
     const std::vector<Crossing>& crossings() const { return crossings_; }
     const Crossing& crossing(std::int32_t slot) const { return crossings_[static_cast<std::size_t>(slot)]; }

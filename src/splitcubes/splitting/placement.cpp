@@ -106,19 +106,6 @@ Vec2 tangent_of(const Vec2& normal) {
     return {-normal[1], normal[0]};
 }
 
-// Places the vertex of a face of kind B: half way from the crossing to the point where its tangent leaves the
-// face.
-Vec2 place_single(int ring_edge, const FaceCrossing& crossing) {
-    Vec2 direction = tangent_of(crossing.normal);
-    if (direction.dot(inward(ring_edge)) < 0) direction = -direction;
-    double exit_distance = 2;
-    for (int k = 0; k < 2; ++k) {
-        if (direction[k] > 0) exit_distance = std::min(exit_distance, (1 - crossing.point[k]) / direction[k]);
-        if (direction[k] < 0) exit_distance = std::min(exit_distance, crossing.point[k] / -direction[k]);
-    }
-    return (crossing.point + 0.5 * std::max(exit_distance, 0.0) * direction).cwiseMax(0).cwiseMin(1);
-}
-
 bool is_smooth_pair(int edge0, const FaceCrossing& a, int side0, int edge1, const FaceCrossing& b,
                     int side1) {
     const double na = a.normal.dot(along(edge0)), nb = b.normal.dot(along(edge1));
@@ -170,6 +157,17 @@ FaceCrossing face_crossing(int ring_edge, double parameter, double normal_u, dou
     return out;
 }
 
+FrontRay front_ray(int ring_edge, const FaceCrossing& crossing) {
+    Vec2 direction = tangent_of(crossing.normal);
+    if (direction.dot(inward(ring_edge)) < 0) direction = -direction;
+    double exit_distance = 2;
+    for (int k = 0; k < 2; ++k) {
+        if (direction[k] > 0) exit_distance = std::min(exit_distance, (1 - crossing.point[k]) / direction[k]);
+        if (direction[k] < 0) exit_distance = std::min(exit_distance, crossing.point[k] / -direction[k]);
+    }
+    return {crossing.point, std::max(exit_distance, 0.0) * direction};
+}
+
 namespace {
 
 // Returns the crossings of the first sheet: the boundary, then by cut index.
@@ -198,7 +196,10 @@ FacePlacement place_face_vertex(unsigned ring_mask, const std::array<FaceCrossin
         return crossings[static_cast<std::size_t>(cut[static_cast<std::size_t>(i)])];
     };
     if (count == 0) return {};
-    if (count == 1) return {place_single(cut[0], at(0))};
+    if (count == 1) {
+        const FrontRay ray = front_ray(cut[0], at(0));
+        return {(ray.start + at(0).front * ray.way).cwiseMax(0).cwiseMin(1)};
+    }
     const unsigned first = oldest_sheet(ring_mask, crossings);
     const bool is_boundary_and_cut =
         first != ring_mask && crossings[static_cast<std::size_t>(std::countr_zero(first))].cut < 0;

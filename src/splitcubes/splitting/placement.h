@@ -17,7 +17,14 @@ struct FaceCrossing {
     Vec2 point = Vec2::Zero();   // on ring edge k
     Vec2 normal = Vec2::Zero();  // unit, in the face plane; see face_crossing
     std::int32_t cut = -1;       // index of the cut; -1 for the boundary
+    double front = 0.5;  // share of its way through the face that the sheet has come, if it ends in it
 };
+
+/// The way of a sheet through a face: from its crossing to where the tangent leaves the face.
+struct FrontRay {
+    Vec2 start, way;
+};
+FrontRay front_ray(int ring_edge, const FaceCrossing& crossing);
 
 /// Returns the crossing of ring edge k of a face at `parameter` along the edge's axis; normal_u and normal_v
 /// are the sheet normal's components in the face. A sheet (nearly) parallel to the face is treated as
@@ -55,7 +62,7 @@ struct CellCrossing {
 };
 
 /// Returns the position of the centre vertex of a group of linked crossings. oriented: the normals' signs are
-/// consistent over the group. mean: mean of the face vertices of the faces that the group crosses. The
+/// consistent over the group. mean: of the face vertices of the faces that the group crosses. The
 /// position is within the cell if the sheet is smooth, within the cell widened by 0.5 on a crease and by 1 at
 /// a corner of three planes. Sheets of different cuts are treated as in place_face_vertex.
 Vec3 place_centre(std::span<const CellCrossing> crossings, bool oriented, const Vec3& mean);

@@ -11,8 +11,9 @@ namespace splitcubes::splitting {
 
 /// Cuts every uncut edge between two inside nodes that the sheet crosses (rest space; exact, see
 /// geometry::sweep_grid: no edge passes between two triangles). If the sheet crosses an edge more than once,
-/// the crossing nearest to the edge's middle is used. Returns the slots of the new cut edges. Throws
-/// InputError if a position is not finite or an index is out of range.
+/// the crossing nearest to the edge's middle is used. Where the sheet ends in a face beside them, the front
+/// is at its rim. Returns the slots of the new cut edges. Throws InputError if a position is not finite or an
+/// index is out of range.
 std::vector<std::int32_t> cut_with_sheet(NodeGrid& grid, const geometry::TriangleMesh& sheet,
                                          std::int32_t cut_number);
 

@@ -87,19 +87,20 @@ Surface::Surface(const NodeGrid& grid, const Parallel* watched) : slots_(grid.br
     quads_.reserve(12 * crossings);
     nodes_.reserve(4 * crossings);
     edge_vertices_.reserve(2 * crossings);
-    take_in(grid, slots_by_brick(grid), watched);
+    take_in(grid, slots_by_brick(grid), {}, watched);
 }
 
 const std::vector<std::uint32_t>& Surface::retessellate(const NodeGrid& grid,
-                                                        std::span<const std::int32_t> new_slots) {
-    take_in(grid, new_slots, nullptr);
+                                                        std::span<const std::int32_t> new_slots,
+                                                        std::span<const CutFront> moved_fronts) {
+    take_in(grid, new_slots, moved_fronts, nullptr);
     return touched_;
 }
 
 void Surface::take_in(const NodeGrid& grid, std::span<const std::int32_t> new_slots,
-                      const Parallel* watched) {
+                      std::span<const CutFront> moved_fronts, const Parallel* watched) {
     touched_.clear();
-    if (new_slots.empty()) return;
+    if (new_slots.empty() && moved_fronts.empty()) return;
     std::size_t done = 0;
     const auto check = [&] {
         if (watched && ++done % tuning::surface::cells_between_checks == 0) watched->check();
@@ -110,6 +111,8 @@ void Surface::take_in(const NodeGrid& grid, std::span<const std::int32_t> new_sl
         touch_cells_around(grid, grid.crossing(slot).edge);
         check();
     }
+    for (const CutFront& front : moved_fronts)
+        touch_cells_beside(grid, face_beside(grid.crossing(front.slot).edge, front.side));
     for (const std::uint32_t cell : touched_) {
         update_cell(grid, cell);
         check();
@@ -130,6 +133,13 @@ void Surface::touch_cells_around(const NodeGrid& grid, const GridEdge& edge) {
         node[v] -= 1 - (k >> 1);
         if (grid.has_cell(node)) touch(cell_at(node));
     }
+}
+
+void Surface::touch_cells_beside(const NodeGrid& grid, const GridFace& face) {
+    Vec3i below = face.node;
+    --below[face.axis];
+    for (const Vec3i& node : {below, face.node})
+        if (grid.has_cell(node)) touch(cell_at(node));
 }
 
 std::uint32_t Surface::cell_at(const Vec3i& node) {
@@ -229,6 +239,14 @@ Vec3i face_node(const Vec3i& cell, int face) {
     return node;
 }
 
+// Returns the front in a face of the crossing of its ring edge k, which is its only one.
+std::uint8_t front_of(const Crossing& crossing, int axis, int k) {
+    const int across = 3 - axis - crossing.edge.axis;
+    const bool is_upper = k == 0 || k == 3;  // the face lies on the upper side of the edge
+    const int side = 2 * ((across - crossing.edge.axis + 2) % 3) + (is_upper ? 1 : 0);
+    return crossing.front[static_cast<std::size_t>(side)];
+}
+
 }  // namespace
 
 // Updates a face to its present mask: its position and the vertices of its instances, which keep their
@@ -241,8 +259,15 @@ void Surface::update_face(const NodeGrid& grid, int face, const CellContext& con
     const int axis = face_axis(face);
     if (cell.face[f] < 0) cell.face[f] = face_at(face_node(cell.lowest_node, face), axis);
     Face& record = faces_[static_cast<std::size_t>(cell.face[f])];
-    if (record.mask == mask) return;
+    std::uint8_t front = 0;
+    if (std::has_single_bit(mask)) {
+        const int k = std::countr_zero(mask);
+        front = front_of(context.crossing(grid, face_edges[f][static_cast<std::size_t>(k)]), axis, k);
+    }
+    if (record.mask == mask && record.front == front) return;
+    const bool is_known = record.mask == mask;
     record.mask = static_cast<std::uint8_t>(mask);
+    record.front = front;
     const int u = (axis + 1) % 3, v = (axis + 2) % 3;
     std::array<FaceCrossing, 4> crossings;
     std::array<const Crossing*, 4> raw{};
@@ -251,11 +276,22 @@ void Surface::update_face(const NodeGrid& grid, int face, const CellContext& con
         const auto i = static_cast<std::size_t>(k);
         raw[i] = &context.crossing(grid, face_edges[f][i]);
         crossings[i] = face_crossing(k, raw[i]->hit, raw[i]->normal[u], raw[i]->normal[v], raw[i]->cut);
+        if (front > 0) crossings[i].front = static_cast<double>(front) / front_steps;
     }
     const FacePlacement placement = place_face_vertex(mask, crossings);
     record.position = placement.point;
     record.smooth = placement.smooth;
-    update_face_vertices(grid, face, record, context, raw);
+    if (is_known)
+        move_face(grid, {face_node(cell.lowest_node, face), axis}, record);
+    else
+        update_face_vertices(grid, face, record, context, raw);
+}
+
+// Moves the vertices of a face whose front moved. They keep the cell whose corners move them, so that a
+// surface made again from the last fronts has the same weights.
+void Surface::move_face(const NodeGrid& grid, const GridFace& face, const Face& record) {
+    for (const std::int32_t vertex : record.vertex)
+        if (vertex >= 0) place(vertex, face_rest(grid.rest(), face.node, face.axis, record.position));
 }
 
 void Surface::update_face_vertices(const NodeGrid& grid, int face, Face& record, const CellContext& context,
@@ -334,6 +370,24 @@ void Surface::settle_faces(const NodeGrid& grid, std::uint32_t cell) {
     }
 }
 
+// Returns the faces whose vertices place the centre of a group: if its sheet is of one cut and known fronts
+// of it lie in the cell, the faces in which it ends, so that the front runs straight between them; else all.
+unsigned Surface::faces_that_place(const CellContext& context, unsigned faces,
+                                   std::span<const CellCrossing> crossings) const {
+    const auto is_first = [&](const CellCrossing& c) { return c.cut == crossings[0].cut; };
+    if (crossings[0].cut < 0 || !std::all_of(crossings.begin(), crossings.end(), is_first)) return faces;
+    const SurfaceCell& cell = cells_[context.cell];
+    unsigned ends = 0;
+    bool is_known = false;
+    for (int f = 0; f < face_count; ++f) {
+        if ((faces >> f & 1U) == 0 || !std::has_single_bit(face_mask(cell.mask, f))) continue;
+        ends |= 1U << f;
+        const auto record = static_cast<std::size_t>(cell.face[static_cast<std::size_t>(f)]);
+        is_known = is_known || faces_[record].front > 0;
+    }
+    return is_known ? ends : faces;
+}
+
 // Returns the position of the centre vertices of a group of linked crossings; cells, in the cell.
 Vec3 Surface::place_group(const NodeGrid& grid, unsigned group, const CellContext& context) const {
     const CellConfiguration& configuration = context.configuration;
@@ -351,7 +405,8 @@ Vec3 Surface::place_group(const NodeGrid& grid, unsigned group, const CellContex
         c.grazing = std::abs(raw.normal[axis]) < tuning::placement::grazing_edge_cosine;
         c.cut = raw.cut;
     }
-    const unsigned faces = configuration.group_faces[group];
+    const unsigned faces =
+        faces_that_place(context, configuration.group_faces[group], {crossings.data(), count});
     Vec3 mean = Vec3::Zero();
     for (int f = 0; f < face_count; ++f)
         if (faces >> f & 1U)

@@ -17,6 +17,8 @@
 
 namespace splitcubes::splitting {
 
+struct CellCrossing;
+
 /// Grid element that a vertex belongs to.
 enum class VertexKind : std::uint8_t { edge = 0, face = 1, centre = 2 };
 
@@ -72,11 +74,12 @@ class Surface {
     /// The same; throws Cancelled where the monitor that watches `parallel` says so.
     Surface(const NodeGrid& grid, const Parallel& parallel);
 
-    /// Adds edges that were cut since the last update: rebuilds the cells around them and touches nothing
-    /// else. The slots are of `grid`, which must be the same grid. Returns the changed cells (indices into
-    /// cells()), in order of first touch.
+    /// Adds edges that were cut since the last update, and moves fronts of earlier cuts: rebuilds the cells
+    /// around them and touches nothing else. Both are of `grid`, which must be the same grid. Returns the
+    /// changed cells (indices into cells()), in order of first touch.
     const std::vector<std::uint32_t>& retessellate(const NodeGrid& grid,
-                                                   std::span<const std::int32_t> new_slots);
+                                                   std::span<const std::int32_t> new_slots,
+                                                   std::span<const CutFront> moved_fronts = {});
 
     /// Returns the result of the last retessellate.
     const std::vector<std::uint32_t>& changed_cells() const { return touched_; }
@@ -112,7 +115,8 @@ class Surface {
         Vec2 position = Vec2::Zero();                        // from its own crossings; in the face, cells
         std::array<std::int32_t, 4> vertex{-1, -1, -1, -1};  // per instance
         std::uint8_t mask = 0;
-        bool smooth = true;  // see FacePlacement
+        std::uint8_t front = 0;  // of its only crossing; 0: not known, or there are more
+        bool smooth = true;      // see FacePlacement
     };
     struct CellContext;
     struct Choice;
@@ -121,17 +125,22 @@ class Surface {
     };
 
     Surface(const NodeGrid& grid, const Parallel* watched);
-    void take_in(const NodeGrid& grid, std::span<const std::int32_t> new_slots, const Parallel* watched);
+    void take_in(const NodeGrid& grid, std::span<const std::int32_t> new_slots,
+                 std::span<const CutFront> moved_fronts, const Parallel* watched);
     std::uint32_t cell_at(const Vec3i& node);
     std::int32_t face_at(const Vec3i& node, int axis);
     void touch_cells_around(const NodeGrid& grid, const GridEdge& edge);
+    void touch_cells_beside(const NodeGrid& grid, const GridFace& face);
     std::uint32_t new_vertex(VertexKind kind, const Vec3i& node, int axis, int instance);
     void set_nodes(SurfaceVertex& vertex, std::uint32_t cell, unsigned corners);
 
     void update_cell(const NodeGrid& grid, std::uint32_t cell);
     void update_face(const NodeGrid& grid, int face, const CellContext& context);
+    void move_face(const NodeGrid& grid, const GridFace& face, const Face& record);
     void update_face_vertices(const NodeGrid& grid, int face, Face& record, const CellContext& context,
                               const std::array<const Crossing*, 4>& crossings);
+    unsigned faces_that_place(const CellContext& context, unsigned faces,
+                              std::span<const CellCrossing> crossings) const;
     Vec3 place_group(const NodeGrid& grid, unsigned group, const CellContext& context) const;
     void update_fans(const NodeGrid& grid, const CellContext& context);
     void update_quads(const NodeGrid& grid, const CellContext& context);

@@ -48,6 +48,15 @@ inline constexpr double settled_inset = 0.05;
 
 }  // namespace placement
 
+/// Fronts of cuts within a face (cut_front.cpp).
+namespace cut_front {
+
+/// Sides of a face, 0 to 0.3, by which a point of a blade may lie outside it: faces are taken for flat
+/// parallelograms. Larger takes in what passes beside the face; smaller misses fronts in bent faces.
+inline constexpr double face_margin = 0.1;
+
+}  // namespace cut_front
+
 /// Loops over the surface (surface.cpp, surface_motion.cpp). Affects time only.
 namespace surface {
 
