@@ -136,6 +136,24 @@ TEST(Elasticity, UniformStretchHasTheAnalyticStress) {
     EXPECT_NEAR(state.energy, density * 512 * std::pow(0.05, 3), 1e-9 * density);
 }
 
+// Compares the forces on every so many phyxels with differences of the energy.
+void expect_force_is_gradient(const Specimen& body, const std::vector<Vec3>& position, std::size_t every,
+                              const Parallel& parallel) {
+    const State state = state_of(body, position, parallel);
+    double scale = 0;
+    for (const Vec3& force : state.force) scale = std::max(scale, force.norm());
+    const double step = 1e-7;
+    for (std::size_t i = 0; i < position.size(); i += every)
+        for (int axis = 0; axis < 3; ++axis) {
+            std::vector<Vec3> high = position, low = position;
+            high[i][axis] += step;
+            low[i][axis] -= step;
+            const double slope =
+                (state_of(body, high, parallel).energy - state_of(body, low, parallel).energy) / (2 * step);
+            EXPECT_NEAR(state.force[i][axis], -slope, 1e-5 * scale);
+        }
+}
+
 TEST(Elasticity, ForceIsTheNegativeEnergyGradient) {
     const Parallel parallel(1);
     Random random(4);
@@ -148,20 +166,7 @@ TEST(Elasticity, ForceIsTheNegativeEnergyGradient) {
         Specimen body = block(4, 4, 4, 0.05, material, parallel);
         strain_plastically(body, 0.1, random);
         const std::vector<Vec3> position = shaken_positions(body, 0.01, random);
-        const State state = state_of(body, position, parallel);
-        double scale = 0;
-        for (const Vec3& force : state.force) scale = std::max(scale, force.norm());
-        const double step = 1e-7;
-        for (std::size_t i = 0; i < position.size(); i += 7)
-            for (int axis = 0; axis < 3; ++axis) {
-                std::vector<Vec3> high = position, low = position;
-                high[i][axis] += step;
-                low[i][axis] -= step;
-                const double slope =
-                    (state_of(body, high, parallel).energy - state_of(body, low, parallel).energy) /
-                    (2 * step);
-                EXPECT_NEAR(state.force[i][axis], -slope, 1e-5 * scale);
-            }
+        expect_force_is_gradient(body, position, 7, parallel);
     }
 }
 
@@ -189,17 +194,7 @@ TEST(Elasticity, ForcesOfFlatNeighbourhoodsAreTheGradientAndExertNoTorque) {
             torque += (position[i] - position[0]).cross(state.force[i]);
         }
         EXPECT_LT(torque.norm(), 1e-11 * scale);
-        const double step = 1e-7;
-        for (std::size_t i = 0; i < position.size(); i += 4)
-            for (int axis = 0; axis < 3; ++axis) {
-                std::vector<Vec3> high = position, low = position;
-                high[i][axis] += step;
-                low[i][axis] -= step;
-                const double slope =
-                    (state_of(body, high, parallel).energy - state_of(body, low, parallel).energy) /
-                    (2 * step);
-                EXPECT_NEAR(state.force[i][axis], -slope, 1e-5 * scale);
-            }
+        expect_force_is_gradient(body, position, 4, parallel);
     }
     EXPECT_GT(off_plane, 100);
 }
