@@ -3,6 +3,7 @@
 
 #include "laws/solids.h"
 #include "laws/worlds.h"
+#include "splitting/cut_area.h"
 
 #include <gtest/gtest.h>
 #include <splitcubes/node_motion/face_reach.h>
@@ -104,20 +105,7 @@ TEST(BladeFronts, AtRestAreThoseOfTheSweptSheet) {
     EXPECT_LE(missing, known / 20);
 }
 
-double half_area_of_cut(const Body& body) {
-    const splitting::Surface& surface = body.surface();
-    double area = 0;
-    for (const splitting::SurfaceCell& cell : surface.cells())
-        for (const splitting::SurfaceQuad& quad : surface.quads(cell)) {
-            if (body.grid().crossing(quad.crossing).origin != splitting::Origin::cut) continue;
-            const auto at = [&](std::size_t k) { return surface.vertices()[quad.vertices[k]].rest; };
-            area += 0.25 * (at(1) - at(0)).cross(at(2) - at(0)).norm();
-            area += 0.25 * (at(2) - at(0)).cross(at(3) - at(0)).norm();
-        }
-    return area;
-}
-
-// A blade moves into a block that flies and turns. In every step the cut has the area that the blade has
+// A blade moves into a block that flies. In every step the cut has the area that the blade has
 // swept in the block, however few edges that step cuts.
 TEST(BladeFronts, TheCutGrowsWithTheBlade) {
     constexpr double side = 0.1, cell = side / 16;
@@ -136,7 +124,7 @@ TEST(BladeFronts, TheCutGrowsWithTheBlade) {
     double last = 0;
     for (int step = 0; step <= 60; ++step) {
         const StepReport report = world.step();
-        const double area = half_area_of_cut(body);
+        const double area = area_of_cut(body.grid(), body.surface());
         EXPECT_GE(area, last - 1e-9);
         const double sunk = depth * step / 60;
         if (sunk > cell) {  // no edge lies above half a cell

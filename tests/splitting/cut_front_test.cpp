@@ -3,6 +3,7 @@
 #include <splitcubes/splitting/cut_front.h>
 
 #include "laws/solids.h"
+#include "splitting/cut_area.h"
 #include "splitting/shrink.h"
 
 #include <gtest/gtest.h>
@@ -90,18 +91,6 @@ TEST(CutFront, AMovedFrontChangesOnlyWhatIsNear) {
         }
     }
     EXPECT_GT(moved, 100U);
-}
-
-double area_of_cut(const NodeGrid& grid, const Surface& surface) {
-    double area = 0;
-    for (const SurfaceCell& cell : surface.cells())
-        for (const SurfaceQuad& quad : surface.quads(cell)) {
-            if (grid.crossing(quad.crossing).origin != Origin::cut) continue;
-            const auto at = [&](std::size_t k) { return surface.vertices()[quad.vertices[k]].rest; };
-            area += 0.5 * (at(1) - at(0)).cross(at(2) - at(0)).norm();
-            area += 0.5 * (at(2) - at(0)).cross(at(3) - at(0)).norm();
-        }
-    return 0.5 * area;  // it has two sides
 }
 
 // Without fronts the rim is off by up to half a cell anywhere.

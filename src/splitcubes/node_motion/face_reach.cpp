@@ -60,7 +60,7 @@ std::optional<double> reach_in(const MovingFace& face, std::span<const cutting::
         const std::optional<FaceFrame> start = frame_of(first), end = frame_of(last);
         if (!start || !end) continue;
         for (const geometry::MovingSegment& s : part.segments) {
-            // What is swept meets the plane in a curve that ends on the rim of the patch.
+            // The swept patch meets the plane in a curve that ends on the rim of the patch.
             const Vec3 a0 = start->own(s.a0), b0 = start->own(s.b0), a1 = end->own(s.a1), b1 = end->own(s.b1);
             extend(face.ray, a0, b0, share);
             extend(face.ray, a1, b1, share);

@@ -1,4 +1,4 @@
-// How far a blade has come within a face of the grid.
+// Measures how far a blade has come within a face of the grid.
 #pragma once
 
 #include <splitcubes/cutting/sweep.h>

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 namespace splitcubes::body {
 
@@ -130,7 +131,9 @@ std::vector<std::int32_t> cut_with_blade(NodeGrid& grid, const cutting::Blade& b
     std::vector<std::int32_t> slots;
     Vec3 last_normal = Vec3::Zero();
     Candidates near(grid);
-    std::vector<cutting::SweptBlade> all;
+    const Box in_grid{grid.rest().node_position(Vec3i::Zero()),
+                      grid.rest().node_position(grid.rest().node_count - Vec3i::Ones())};
+    std::vector<cutting::SweptBlade> all;  // in the grid
     const std::vector<double> times = span_times(blade);
     for (std::size_t k = 0; k + 1 < times.size(); ++k) {
         if (stop && stop()) break;
@@ -139,7 +142,9 @@ std::vector<std::int32_t> cut_with_blade(NodeGrid& grid, const cutting::Blade& b
         for (const cutting::SweptBlade& part : swept)
             for (const MovingSegment& segment : part.segments) near.add(segment);
         const std::vector<cutting::CandidateEdge> candidates = near.take();
-        all.insert(all.end(), swept.begin(), swept.end());
+        std::copy_if(swept.begin(), swept.end(), std::back_inserter(all),
+                     [&](const cutting::SweptBlade& part) { return part.bounds.meets(in_grid); });
+        if (candidates.empty()) continue;
         std::vector<cutting::EdgeCut> cuts = cutting::cut_edges(swept, candidates, last_normal, parallel);
         resolve_node_ties(grid, cuts);
         for (const cutting::EdgeCut& cut : cuts) {
