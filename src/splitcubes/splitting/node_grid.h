@@ -33,6 +33,8 @@ struct GridEdge {
 struct GridFace {
     Vec3i node = Vec3i::Zero();
     int axis = 0;  // normal to it
+
+    bool operator==(const GridFace& other) const { return node == other.node && axis == other.axis; }
 };
 
 /// Returns a face beside an edge. side: 2 k + s, 0 to 3; the face spans the edge's axis a and (a + 1 + k) %

@@ -239,11 +239,10 @@ Vec3i face_node(const Vec3i& cell, int face) {
     return node;
 }
 
-// Returns the front in a face of the crossing of its ring edge k, which is its only one.
-std::uint8_t front_of(const Crossing& crossing, int axis, int k) {
-    const int across = 3 - axis - crossing.edge.axis;
-    const bool is_upper = k == 0 || k == 3;  // the face lies on the upper side of the edge
-    const int side = 2 * ((across - crossing.edge.axis + 2) % 3) + (is_upper ? 1 : 0);
+// Returns the front of a crossing in a face beside its edge.
+std::uint8_t front_in(const GridFace& face, const Crossing& crossing) {
+    int side = 0;
+    while (side < 3 && !(face_beside(crossing.edge, side) == face)) ++side;
     return crossing.front[static_cast<std::size_t>(side)];
 }
 
@@ -261,8 +260,8 @@ void Surface::update_face(const NodeGrid& grid, int face, const CellContext& con
     Face& record = faces_[static_cast<std::size_t>(cell.face[f])];
     std::uint8_t front = 0;
     if (std::has_single_bit(mask)) {
-        const int k = std::countr_zero(mask);
-        front = front_of(context.crossing(grid, face_edges[f][static_cast<std::size_t>(k)]), axis, k);
+        const auto k = static_cast<std::size_t>(std::countr_zero(mask));
+        front = front_in({face_node(cell.lowest_node, face), axis}, context.crossing(grid, face_edges[f][k]));
     }
     if (record.mask == mask && record.front == front) return;
     const bool is_known = record.mask == mask;
