@@ -235,27 +235,28 @@ EnergyGuard::Balance EnergyGuard::find_balance(const Material& material, const S
 }
 
 bool EnergyGuard::evaluate(const Phyxels& phyxels, const Neighbourhoods& neighbourhoods,
-                           const Material& material, const StepInput& input, double tolerance,
-                           std::span<const double> hold_work, const Parallel& parallel) {
-    tolerance_ = tolerance;
+                           const Material& material, const StepInput& input,
+                           const tuning::energy::Tolerance& tolerance, std::span<const double> hold_work,
+                           const Parallel& parallel) {
+    reserve_kept_ = {tolerance.apart_reserve_kept, tolerance.reserve_kept};
     balance_.assign(start_.size(), Balance{});
     sum_end_accounts(phyxels, input, true, parallel);
     any_excess_ = false;
     bool holds_are_known = false;
     for (std::size_t k = 0; k < start_.size(); ++k) {
         if (!(start_[k].mass > 0)) continue;
-        balance_[k] = find_balance(material, input, tolerance, k);
+        balance_[k] = find_balance(material, input, tolerance.elastic_share, k);
         if (start_[k].held_moves && !hold_work.empty()) {
             end_[k].work += hold_work[k];
-            balance_[k] = find_balance(material, input, tolerance, k);
+            balance_[k] = find_balance(material, input, tolerance.elastic_share, k);
         } else if (start_[k].held_moves && start_[k].has_uniform_hold) {
             end_[k].work += uniform_hold_work(material, input, k);
-            balance_[k] = find_balance(material, input, tolerance, k);
+            balance_[k] = find_balance(material, input, tolerance.elastic_share, k);
         } else if (start_[k].held_moves && balance_[k].energy > balance_[k].budget) {
             if (!holds_are_known) add_hold_work(phyxels, neighbourhoods, material, input, parallel);
             holds_are_known = true;
             end_[k].work += hold_work_[k];
-            balance_[k] = find_balance(material, input, tolerance, k);
+            balance_[k] = find_balance(material, input, tolerance.elastic_share, k);
         }
         any_excess_ = any_excess_ || balance_[k].has_excess;
     }
@@ -457,9 +458,10 @@ void EnergyGuard::write_reserves(Phyxels& phyxels, const Parallel& parallel) {
         const double tolerated = std::max(balance_[k].limit - balance_[k].budget, 0.0);
         const double unspent = std::max(balance_[k].budget - current, -end_[k].elastic - tolerated);
         const bool has_deficit = unspent < 0 && end_[k].elastic > 0;
-        sum_[k] = has_deficit
-                      ? unspent / end_[k].elastic
-                      : (unspent > 0 ? tuning::energy::reserve_kept * unspent : unspent) / start_[k].mass;
+        const bool touches = start_[k].touches || end_[k].touches || contact_work_[k] != 0;
+        const double kept = reserve_kept_[touches ? 1 : 0];
+        sum_[k] = has_deficit ? unspent / end_[k].elastic
+                              : (unspent > 0 ? kept * unspent : unspent) / start_[k].mass;
     }
     for_phyxels(parallel, phyxels.size(), [&](std::size_t i) {
         phyxels.reserve[i] = 0;

@@ -5,9 +5,14 @@
 #include <splitcubes/dynamics/step_results.h>
 #include <splitcubes/elasticity/simd/sliced_elasticity.h>
 
+#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
+
+namespace splitcubes::meshless::tuning::energy {
+struct Tolerance;
+}
 
 namespace splitcubes::meshless {
 
@@ -23,8 +28,10 @@ namespace splitcubes::meshless {
 /// anything put in), and its reserve. The sum of these and the work of the step is the budget. Steps do not
 /// conserve energy to rounding, so the energy may exceed the budget by a share of the internal energy; the
 /// budget of the next step is not raised by the excess, so excesses do not add up. Unspent budget goes to the
-/// reserve, which decays: the energy error of leapfrog oscillates within a few steps (it is bounded and does
-/// not grow: Hairer, Lubich and Wanner 2006, section IX.3).
+/// reserve, which decays, of pieces that touch something, as the work of contacts is not known exactly, and
+/// of all pieces in explicit steps: the energy error of leapfrog oscillates within a few steps (it is bounded
+/// and does not grow: Hairer, Lubich and Wanner 2006, section IX.3). Other implicit steps damp, so their
+/// reserve is zero.
 ///
 /// Corrections; the first that suffices applies:
 /// 1. Velocities relative to the rigid motion of the piece are scaled. Linear and angular momentum stay. This
@@ -55,8 +62,8 @@ class EnergyGuard {
     /// empty: estimated from the forces before and after the step. Returns whether the elastic energy of some
     /// piece exceeds its budget.
     bool evaluate(const Phyxels& phyxels, const Neighbourhoods& neighbourhoods, const Material& material,
-                  const StepInput& input, double tolerance, std::span<const double> hold_work,
-                  const Parallel& parallel);
+                  const StepInput& input, const tuning::energy::Tolerance& tolerance,
+                  std::span<const double> hold_work, const Parallel& parallel);
     /// Restores the phyxels to their state at begin.
     void restore_start(Phyxels& phyxels) const;
     /// Sets the history after a step of several substeps: the previous state is that at begin, and the next
@@ -142,7 +149,7 @@ class EnergyGuard {
     std::vector<Momenta> before_, after_, partial_;
     std::vector<std::uint8_t> is_relaxing_;  // per piece
     bool any_excess_ = false;
-    double tolerance_ = 0;
+    std::array<double, 2> reserve_kept_{};  // as in Tolerance, of pieces that are apart, that touch
 };
 
 }  // namespace splitcubes::meshless

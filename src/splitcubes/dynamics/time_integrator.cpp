@@ -23,7 +23,7 @@ SolverReport TimeIntegrator::step_elastic(Phyxels& phyxels, const Neighbourhoods
     bool is_explicit = options.kind == SolverKind::explicit_steps;
     const std::array<int, 3>& divisions =
         is_explicit ? tuning::energy::explicit_divisions : tuning::energy::implicit_divisions;
-    const double tolerance =
+    const tuning::energy::Tolerance& tolerance =
         is_explicit ? tuning::energy::explicit_tolerance : tuning::energy::implicit_tolerance;
     // Contacts belong to the whole step, which is therefore not divided.
     const std::size_t max_repetitions = is_explicit || input.contacts.empty() ? divisions.size() : 0;
@@ -92,7 +92,7 @@ void TimeIntegrator::step_together(std::span<Member> members, const ContactInput
             m.solver.guard_.begin(m.phyxels, m.neighbourhoods, m.material, m.input, parallel);
     const bool is_explicit = solve_together(members, contacts, options, parallel);
     if (!options.guard_energy) return;
-    const double tolerance =
+    const tuning::energy::Tolerance& tolerance =
         is_explicit ? tuning::energy::explicit_tolerance : tuning::energy::implicit_tolerance;
     for (std::uint32_t k = 0; k < members.size(); ++k) {
         Member& m = members[k];

@@ -162,9 +162,6 @@ inline constexpr double noise_strain = 1e-5;
 /// Share of the kinetic energy by which rounding and the unfinished solve may exceed the budget, 1e-4 to
 /// 1e-2. Larger lets moving pieces gain energy; smaller repeats steps.
 inline constexpr double motion_share = 1e-3;
-/// Share of the unspent budget that the reserve keeps per step, 0 to 1. Larger lets oscillating errors pass
-/// longer; smaller damps pieces whose error would reverse by itself.
-inline constexpr double reserve_kept = 0.9;
 /// Relative change of momentum above which a piece counts as pushed, 1e-8 to 1e-4. Larger takes weak pushes
 /// for none, and the work that they did for an error; smaller takes rounding for pushes.
 inline constexpr double push_share = 1e-6;
@@ -184,12 +181,20 @@ inline constexpr double strain_slack = 0.05;
 /// Relative uncertainty of a contact's work when computed from its force at the end of the step, 0 to 0.1.
 /// Larger lets contacts add energy; smaller repeats steps with contacts.
 inline constexpr double work_slack = 0.02;
-/// Share of the elastic energy by which an implicit step may exceed the budget, 0 to 0.1. Larger lets energy
-/// in; smaller repeats steps.
-inline constexpr double implicit_tolerance = 0.02;
-/// The same for explicit steps: the energy of a mode near the stability limit of leapfrog oscillates by that
-/// much.
-inline constexpr double explicit_tolerance = 0.25;
+/// By how much the energy of a piece may exceed the budget of a step, and what of it is kept.
+struct Tolerance {
+    double elastic_share;       // of the elastic energy, above the budget
+    double reserve_kept;        // share of the unspent budget that the next step has, of pieces that touch
+    double apart_reserve_kept;  // of pieces that touch nothing
+};
+/// Implicit steps. A larger elastic_share (0 to 0.1) lets energy in; a smaller one repeats steps. Contacts do
+/// their work at other times than the forces that are known of them, so pieces that touch have a reserve.
+/// Others have none: the schemes damp, and what they lost would come back as an error.
+inline constexpr Tolerance implicit_tolerance{0.02, 0.9, 0};
+/// Explicit steps: the energy of a mode near the stability limit of leapfrog oscillates by the elastic share.
+/// A larger reserve (0 to 1) lets oscillating errors pass longer; a smaller one damps pieces whose error
+/// would reverse by itself.
+inline constexpr Tolerance explicit_tolerance{0.25, 0.9, 0.9};
 /// Numbers of substeps that are tried in turn when an implicit step exceeds its budget, ascending. More and
 /// larger ones cost time; fewer leave the excess to the guard, which damps.
 inline constexpr std::array<int, 3> implicit_divisions = {1, 2, 4};
