@@ -302,8 +302,8 @@ TEST(Scenes, ABallThatStaysOnTheBrokenPlatePressesItNoHarder) {
     // Splinters stay jammed between the crack faces, or a faster ball stays jammed as a whole. The energy
     // grows by a tenth of a joule to more than one, and stays, if contacts correct their overlaps without an
     // energy budget, if contacts that no solve has settled keep their forces, or if an excessive correction
-    // is not taken back. The crack pattern is chaotic, and splinters between two lips keep 0.1 and 0.13 of that
-    // energy at 2 speeds of 29 between 1.75 and 4.9 m/s.
+    // is not taken back. The crack pattern is chaotic, and splinters between two lips keep 0.1 and 0.13 of
+    // that energy at 2 speeds of 29 between 1.75 and 4.9 m/s.
     struct Fall {
         const char* velocity;
         double energy;  // J, brought by the ball
