@@ -56,7 +56,7 @@ void ElasticSamples::place(const SampleContext& context, const SampleSettings& s
     evaluate_pairs(context, all);
     context.parallel.begin(body + ": volumes");
     lumping = meshless::lump(context.nodes.for_lumping(), phyxels, locator, context.parallel);
-    meshless::apply(lumping, context.material.density, phyxels);
+    meshless::apply(lumping, context.nodes.for_lumping(), context.material.density, phyxels);
     context.parallel.begin(body + ": gradients");
     neighbourhoods.rebuild(phyxels, pairs, context.material, context.parallel);
     set_motion(context, settings);

@@ -201,7 +201,7 @@ void ElasticSamples::load_lumping(const SampleContext& context, StateReader& rea
     lumping = std::move(loaded);
     rebuild_locator();
     meshless::sum_volumes(context.nodes.for_lumping(), phyxels, locator, lumping, context.parallel);
-    meshless::apply(lumping, context.material.density, phyxels);
+    meshless::apply(lumping, context.nodes.for_lumping(), context.material.density, phyxels);
     for (const double volume : phyxels.volume) require_state(volume >= 0, "a phyxel with a negative volume");
 }
 

@@ -1,4 +1,5 @@
 #include <splitcubes/samples/lumped_rows.h>
+#include <splitcubes/samples/mass_centres.h>
 #include <splitcubes/samples/mass_lumping.h>
 #include <splitcubes/samples/tuning.h>
 
@@ -83,7 +84,7 @@ void sum_volumes(const MaterialNodes& nodes, const Phyxels& phyxels, const Phyxe
     move_volumes(phyxels, locator, lumping);
 }
 
-void apply(const MassLumping& lumping, double density, Phyxels& phyxels) {
+void apply(const MassLumping& lumping, const MaterialNodes& nodes, double density, Phyxels& phyxels) {
     assert(lumping.volume.size() == phyxels.size());
     std::vector<std::int64_t> units(phyxels.size());
     for (std::size_t i = 0; i < units.size(); ++i) units[i] = lumping.volume[i].corrected;
@@ -95,6 +96,7 @@ void apply(const MassLumping& lumping, double density, Phyxels& phyxels) {
         phyxels.volume[i] = lumping.unit * static_cast<double>(units[i]);
         phyxels.mass[i] = density * phyxels.volume[i];
     }
+    keep_centres_of_mass(nodes, density, phyxels);
 }
 
 }  // namespace splitcubes::meshless

@@ -76,8 +76,9 @@ MassLumping lump(const MaterialNodes& nodes, const Phyxels& phyxels, const Phyxe
 void sum_volumes(const MaterialNodes& nodes, const Phyxels& phyxels, const PhyxelLocator& locator,
                  MassLumping& lumping, const Parallel& parallel);
 
-/// Sets volume and mass of all phyxels. density: kg/m^3.
-void apply(const MassLumping& lumping, double density, Phyxels& phyxels);
+/// Sets volume and mass of all phyxels. Masses keep the centres of mass of the pieces (mass_centres.h).
+/// density: kg/m^3.
+void apply(const MassLumping& lumping, const MaterialNodes& nodes, double density, Phyxels& phyxels);
 
 /// Lumps the nodes again whose phyxels changed after pieces separated or phyxels were appended (nodes.piece
 /// and phyxels.piece are the new ones, `lumping` is still the old). The result equals lumping all nodes anew.

@@ -41,7 +41,7 @@ class Relumping {
         sum_node_momenta();
         sum_old_masses();
         lump_rows();
-        apply(lumping_, density_, phyxels_);
+        apply(lumping_, nodes_, density_, phyxels_);
         correct_velocities();
     }
 
@@ -230,7 +230,8 @@ void Relumping::correct_velocities() {
         const Vec3 relative = node_momenta_[k].linear - node_momenta_[k].mass * about.velocity;
         const Vec3 angular_momentum =
             node_momenta_[k].angular - (now[k].centre - about.centre).cross(relative);
-        now[k].linear = (node_momenta_[k].linear - now[k].linear) / now[k].mass;
+        // The mass of the old piece may lie elsewhere than that of its nodes, so momenta are relative to it.
+        now[k].linear = about.velocity + (relative - now[k].linear) / now[k].mass;
         // A fragment whose few phyxels lie nearly on a line cannot take over the angular momentum
         // of its nodes about that line: its angular velocity would be huge.
         const double min_gyration = 0.15 * support[k] / std::max(members[k], 1.0);
