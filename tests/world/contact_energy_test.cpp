@@ -109,6 +109,43 @@ TEST(ContactEnergy, HitsOfStiffBodiesInCoarseStepsHardlyAddEnergy) {
     EXPECT_LE(gained, 2) << "of 24";
 }
 
+// A held block is accelerated and pushes a free one. What the hold puts in reaches the free block, whatever
+// their stiffness and the size of the step. Without the contact in the account of the hold, the energy guard
+// took two fifths of it.
+TEST(ContactEnergy, BlocksThatAHoldPushesKeepItsWork) {
+    for (std::uint64_t seed = 0; seed < 12; ++seed) {
+        SCOPED_TRACE(seed);
+        Random random(seed);
+        WorldSettings settings = world_settings();
+        settings.gravity = Vec3::Zero();
+        settings.contact.pieces = true;
+        settings.time_step = random.uniform(1e-3, 4e-3);
+        World world(settings, one_thread());
+        const double stiffness = std::pow(10.0, random.uniform(5, 7.5));
+        const double overhang = random.uniform(-0.02, 0.02);
+        Body& pusher =
+            world.add_body(geometry::make_box(Vec3(0.08, 0.06, 0.06)), soft_rubber(0.015, stiffness));
+        world.add_body(at(geometry::make_box(Vec3(0.06, 0.06, 0.06)), Vec3(0.0705, overhang, 0)),
+                       soft_rubber(0.015, stiffness));
+        const double acceleration = random.uniform(5, 30);
+        HoldConstraint hold;
+        hold.region = [](const Vec3& rest) { return rest.x() < -0.02; };
+        hold.motion = [=](double time) {
+            return Isometry(Eigen::Translation3d(0.5 * acceleration * time * time, 0, 0));
+        };
+        pusher.add_constraint(hold);
+        double removed = 0;
+        StepReport report;
+        for (int step = 0; step < 40; ++step) {
+            report = world.step();
+            removed += report.solver.energy_removed;
+        }
+        const meshless::Momenta pushed = meshless::total_momenta(world.bodies()[1]->phyxels());
+        EXPECT_GT(pushed.linear.x(), 0.8 * pushed.mass * acceleration * world.time());
+        EXPECT_LT(removed, 5e-3 * report.totals.kinetic_energy);
+    }
+}
+
 TEST(ContactEnergy, ABallBouncesLowerEachTime) {
     const std::vector<std::pair<const char*, Solid>> solids = {
         {"plane", geometry::make_plane_distance(Vec3::UnitZ(), 0)},

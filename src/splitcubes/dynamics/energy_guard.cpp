@@ -114,7 +114,7 @@ void EnergyGuard::begin(const Phyxels& phyxels, const Neighbourhoods& neighbourh
     touching_ = phyxels.touching;
     start_.assign(static_cast<std::size_t>(std::max(input.piece_count, 0)), Account{});
     extra_work_.assign(start_.size(), 0);
-    contact_work_.assign(start_.size(), 0);
+    contacts_.assign(start_.size(), ContactSum{});
     sum_accounts(phyxels, input, false, start_, parallel, [&](std::size_t i) {
         position_[i] = phyxels.position[i];
         velocity_[i] = phyxels.velocity[i];
@@ -134,18 +134,26 @@ void EnergyGuard::add_work(std::int32_t piece, double work) {
         extra_work_[static_cast<std::size_t>(piece)] += work;
 }
 
-void EnergyGuard::count_contacts(const Phyxels& phyxels, const ContactInput& contacts, std::uint32_t part,
-                                 std::span<const double> contact_work) {
-    std::fill(contact_work_.begin(), contact_work_.end(), 0.0);
-    std::copy_n(contact_work.begin(), std::min(contact_work.size(), contact_work_.size()),
-                contact_work_.begin());
+void EnergyGuard::count_contacts(const Phyxels& phyxels, const StepInput& input, const ContactInput& contacts,
+                                 std::uint32_t part, std::span<const double> contact_work) {
+    contacts_.assign(start_.size(), ContactSum{});
+    for (std::size_t k = 0; k < std::min(contact_work.size(), contacts_.size()); ++k)
+        contacts_[k].work = contact_work[k];
     const auto add = [&](const ContactSide& side, const Vec3& force) {
         if (side.part != part || side.count == 0 || !is_counted(phyxels, side.phyxel[0])) return;
+        // What acts on held phyxels is borne by the hold.
         Vec3 displacement = Vec3::Zero();
-        for (std::uint32_t k = 0; k < side.count; ++k)
-            displacement += side.weight[k] * (phyxels.position[side.phyxel[k]] - position_[side.phyxel[k]]);
+        double share = 0;
+        for (std::uint32_t k = 0; k < side.count; ++k) {
+            const std::uint32_t i = side.phyxel[k];
+            if (is_held(input, i)) continue;
+            displacement += side.weight[k] * (phyxels.position[i] - position_[i]);
+            share += side.weight[k];
+        }
         const double work = force.dot(displacement);
-        contact_work_[slot(phyxels, side.phyxel[0])] += work + tuning::energy::work_slack * std::abs(work);
+        ContactSum& sum = contacts_[slot(phyxels, side.phyxel[0])];
+        sum.work += work + tuning::energy::work_slack * std::abs(work);
+        sum.force += share * force;
     };
     CachedContactFinder finder(contacts.cached);
     for (const Contact& contact : contacts.contacts) {
@@ -156,7 +164,7 @@ void EnergyGuard::count_contacts(const Phyxels& phyxels, const ContactInput& con
     }
     for (const HandleSpring& handle_spring : contacts.handle_springs)
         if (handle_spring.part == part && is_counted(phyxels, handle_spring.phyxel))
-            contact_work_[slot(phyxels, handle_spring.phyxel)] = std::numeric_limits<double>::infinity();
+            contacts_[slot(phyxels, handle_spring.phyxel)].work = std::numeric_limits<double>::infinity();
 }
 
 std::vector<double>& EnergyGuard::elastic_by_piece(const Phyxels& phyxels, std::span<const double> rows) {
@@ -167,19 +175,20 @@ std::vector<double>& EnergyGuard::elastic_by_piece(const Phyxels& phyxels, std::
 }
 
 // Returns the work of a hold that only translates its phyxels: the change of momentum of the free phyxels,
-// minus gravity and damping, is its impulse. This is exact for any internal forces.
+// minus gravity, damping and contacts, is its impulse. This is exact for any internal forces.
 double EnergyGuard::uniform_hold_work(const Material& material, const StepInput& input, std::size_t k) const {
     const Account& start = start_[k];
     const double mass = start.mass - start.held_mass;
     const Vec3 damping = 0.5 * material.mass_damping * (start.linear + end_[k].linear);
-    const Vec3 force = (end_[k].linear - start.linear) / input.dt + damping - mass * input.gravity;
+    const Vec3 force =
+        (end_[k].linear - start.linear) / input.dt + damping - mass * input.gravity - contacts_[k].force;
     return force.dot(start.held_displacement);
 }
 
 // Computes the work of the holds as the larger of the values by the forces before and after the step: an
 // implicit step uses the force at its end, and that of an unfinished solve lies between.
-void EnergyGuard::add_hold_work(const Phyxels& phyxels, const Neighbourhoods& neighbourhoods,
-                                const Material& material, const StepInput& input, const Parallel& parallel) {
+void EnergyGuard::find_hold_work(const Phyxels& phyxels, const Neighbourhoods& neighbourhoods,
+                                 const Material& material, const StepInput& input, const Parallel& parallel) {
     force_.resize(phyxels.size());
     const auto work_at = [&](const SlicedElasticity::Configuration& configuration,
                              std::vector<double>& work) {
@@ -224,7 +233,7 @@ EnergyGuard::Balance EnergyGuard::find_balance(const Material& material, const S
         kinetic_before += end.work;
     }
     kinetic_before = balance.is_isolated ? std::max(kinetic_before, 0.0) : kinetic_before;
-    balance.budget = kinetic_before + start.elastic + start.reserve + extra_work_[k] + contact_work_[k];
+    balance.budget = kinetic_before + start.elastic + start.reserve + extra_work_[k] + contacts_[k].work;
     const double noise =
         tuning::energy::noise_strain * tuning::energy::noise_strain * material.youngs_modulus * start.volume;
     balance.limit = balance.budget + tuning::energy::motion_share * std::max(kinetic_before, 0.0) +
@@ -245,18 +254,22 @@ bool EnergyGuard::evaluate(const Phyxels& phyxels, const Neighbourhoods& neighbo
     bool holds_are_known = false;
     for (std::size_t k = 0; k < start_.size(); ++k) {
         if (!(start_[k].mass > 0)) continue;
-        balance_[k] = find_balance(material, input, tolerance.elastic_share, k);
-        if (start_[k].held_moves && !hold_work.empty()) {
-            end_[k].work += hold_work[k];
+        const auto count_work = [&](double work) {
+            end_[k].work += work;
             balance_[k] = find_balance(material, input, tolerance.elastic_share, k);
-        } else if (start_[k].held_moves && start_[k].has_uniform_hold) {
-            end_[k].work += uniform_hold_work(material, input, k);
-            balance_[k] = find_balance(material, input, tolerance.elastic_share, k);
-        } else if (start_[k].held_moves && balance_[k].energy > balance_[k].budget) {
-            if (!holds_are_known) add_hold_work(phyxels, neighbourhoods, material, input, parallel);
-            holds_are_known = true;
-            end_[k].work += hold_work_[k];
-            balance_[k] = find_balance(material, input, tolerance.elastic_share, k);
+        };
+        count_work(start_[k].held_moves && !hold_work.empty() ? hold_work[k] : 0);
+        if (start_[k].held_moves && hold_work.empty()) {
+            const bool is_uniform = start_[k].has_uniform_hold;
+            const double uniform_work = is_uniform ? uniform_hold_work(material, input, k) : 0;
+            if (is_uniform) count_work(uniform_work);
+            // Momentum tells the work of a hold only as well as the mean force of contacts is known.
+            const bool is_exact = is_uniform && contacts_[k].force.isZero(0);
+            if (!is_exact && balance_[k].energy > balance_[k].budget) {
+                if (!holds_are_known) find_hold_work(phyxels, neighbourhoods, material, input, parallel);
+                holds_are_known = true;
+                count_work(is_uniform ? std::max(hold_work_[k] - uniform_work, 0.0) : hold_work_[k]);
+            }
         }
         any_excess_ = any_excess_ || balance_[k].has_excess;
     }
@@ -458,7 +471,7 @@ void EnergyGuard::write_reserves(Phyxels& phyxels, const Parallel& parallel) {
         const double tolerated = std::max(balance_[k].limit - balance_[k].budget, 0.0);
         const double unspent = std::max(balance_[k].budget - current, -end_[k].elastic - tolerated);
         const bool has_deficit = unspent < 0 && end_[k].elastic > 0;
-        const bool touches = start_[k].touches || end_[k].touches || contact_work_[k] != 0;
+        const bool touches = start_[k].touches || end_[k].touches || contacts_[k].work != 0;
         const double kept = reserve_kept_[touches ? 1 : 0];
         sum_[k] = has_deficit ? unspent / end_[k].elastic
                               : (unspent > 0 ? kept * unspent : unspent) / start_[k].mass;

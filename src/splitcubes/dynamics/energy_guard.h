@@ -52,12 +52,13 @@ class EnergyGuard {
                const StepInput& input, const Parallel& parallel);
     /// Adds work done on a piece in this step, J; infinite: the piece is not checked in this step.
     void add_work(std::int32_t piece, double work);
-    /// Counts the work of the contacts on each piece of a part. contact_work: J, per piece; empty: the sum of
-    /// the forces of the contacts that are active after the step times the displacements of their sides.
-    /// Pieces pulled by attachment springs are not checked in this step. part: index of the phyxels' body in
-    /// the contacts. Must be called before evaluate; replaces what it counted before.
-    void count_contacts(const Phyxels& phyxels, const ContactInput& contacts, std::uint32_t part,
-                        std::span<const double> contact_work);
+    /// Counts the work of the contacts on the free phyxels of each piece of a part. contact_work: J, per
+    /// piece; empty: the sum of the forces of the contacts that are active after the step times the
+    /// displacements of their sides. Pieces pulled by attachment springs are not checked in this step. part:
+    /// index of the phyxels' body in the contacts. Must be called before evaluate; replaces what it counted
+    /// before.
+    void count_contacts(const Phyxels& phyxels, const StepInput& input, const ContactInput& contacts,
+                        std::uint32_t part, std::span<const double> contact_work);
     /// Compares the energy after the step with the budget. hold_work: J per piece, work of moving holds;
     /// empty: estimated from the forces before and after the step. Returns whether the elastic energy of some
     /// piece exceeds its budget.
@@ -93,6 +94,11 @@ class EnergyGuard {
         void add_hold(const Vec3& displacement, double m);
         Account& operator+=(const Account& other);
     };
+    /// Of the contacts on the free phyxels of a piece.
+    struct ContactSum {
+        double work = 0;            // J, in the step
+        Vec3 force = Vec3::Zero();  // N, at its end
+    };
     struct Balance {
         bool is_isolated = false;        // no external forces
         bool has_excess = false;         // energy exceeds the limit
@@ -118,8 +124,8 @@ class EnergyGuard {
                           const Parallel& parallel);
     void add_phyxel(const Phyxels& phyxels, const StepInput& input, bool gravity, std::size_t i,
                     Account& account) const;
-    void add_hold_work(const Phyxels& phyxels, const Neighbourhoods& neighbourhoods, const Material& material,
-                       const StepInput& input, const Parallel& parallel);
+    void find_hold_work(const Phyxels& phyxels, const Neighbourhoods& neighbourhoods,
+                        const Material& material, const StepInput& input, const Parallel& parallel);
     double uniform_hold_work(const Material& material, const StepInput& input, std::size_t k) const;
     bool was_pushed(const Material& material, const StepInput& input, std::size_t k) const;
     Balance find_balance(const Material& material, const StepInput& input, double tolerance,
@@ -137,14 +143,15 @@ class EnergyGuard {
 
     SlicedElasticity elastic_;
     StateDescriber describe_;
-    std::vector<Vec3> position_, velocity_;                                      // m, m/s, before the step
-    std::vector<Mat3> rotation_, plastic_strain_;                                // before the step
-    std::vector<std::uint8_t> touching_;                                         // before the step
-    std::vector<double> rows_;                                                   // J, per phyxel
-    std::vector<Vec3> force_, end_position_;                                     // N, m, per phyxel
-    std::vector<Account> start_, end_, chunk_accounts_;                          // per piece
-    std::vector<Balance> balance_;                                               // per piece
-    std::vector<double> extra_work_, contact_work_, hold_work_, sum_, scratch_;  // J, per piece
+    std::vector<Vec3> position_, velocity_;                       // m, m/s, before the step
+    std::vector<Mat3> rotation_, plastic_strain_;                 // before the step
+    std::vector<std::uint8_t> touching_;                          // before the step
+    std::vector<double> rows_;                                    // J, per phyxel
+    std::vector<Vec3> force_, end_position_;                      // N, m, per phyxel
+    std::vector<ContactSum> contacts_;                            // per piece
+    std::vector<Account> start_, end_, chunk_accounts_;           // per piece
+    std::vector<Balance> balance_;                                // per piece
+    std::vector<double> extra_work_, hold_work_, sum_, scratch_;  // J, per piece
     // Per piece, only if something is corrected; before_ holds rigid velocities at times.
     std::vector<Momenta> before_, after_, partial_;
     std::vector<std::uint8_t> is_relaxing_;  // per piece

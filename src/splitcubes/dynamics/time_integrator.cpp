@@ -39,7 +39,7 @@ SolverReport TimeIntegrator::step_elastic(Phyxels& phyxels, const Neighbourhoods
                   : step_once(phyxels, neighbourhoods, material, input, options, parallel);
     for (std::size_t k = 0;; ++k) {
         is_explicit = is_explicit && !report.took_implicit;
-        guard_.count_contacts(phyxels, input.contacts, 0, contact_work_);
+        guard_.count_contacts(phyxels, input, input.contacts, 0, contact_work_);
         const bool strained =
             guard_.evaluate(phyxels, neighbourhoods, material, input, tolerance, hold_work_, parallel);
         if (!strained || k == max_repetitions) break;
@@ -97,7 +97,7 @@ void TimeIntegrator::step_together(std::span<Member> members, const ContactInput
     for (std::uint32_t k = 0; k < members.size(); ++k) {
         Member& m = members[k];
         EnergyGuard& guard = m.solver.guard_;
-        guard.count_contacts(m.phyxels, contacts, k,
+        guard.count_contacts(m.phyxels, m.input, contacts, k,
                              is_explicit ? m.solver.explicit_.contact_work() : std::span<const double>());
         guard.evaluate(m.phyxels, m.neighbourhoods, m.material, m.input, tolerance,
                        is_explicit ? m.solver.explicit_.hold_work() : std::span<const double>(), parallel);
