@@ -105,16 +105,7 @@ void ExplicitSolver::begin(const Job& job) {
     const Phyxels& phyxels = job.phyxels;
     const std::size_t n = phyxels.size();
     momenta_.begin(phyxels, job.input.piece_count, job.parallel);
-    double total = 0;
-    for (const double m : phyxels.mass) total += m;
-    const double min_mass =
-        total > 0 ? tuning::explicit_steps::min_mass_share * total / static_cast<double>(n) : 1;
-    effective_mass_.resize(n);
-    inverse_mass_.resize(n);
-    for (std::size_t i = 0; i < n; ++i) {
-        effective_mass_[i] = std::max(phyxels.mass[i], min_mass);
-        inverse_mass_[i] = 1 / effective_mass_[i];
-    }
+    choose_masses(job);
     zeros_.assign(n, 0);
     for (auto* array : {&force_, &damping_, &mode_, &product_}) array->assign(n, Vec3::Zero());
     start_position_ = phyxels.position;
@@ -132,6 +123,34 @@ void ExplicitSolver::begin(const Job& job) {
         job.phyxels.velocity[i] = displacement / job.input.dt;
         if (hold_work_.empty() && !displacement.isZero(0))
             hold_work_.assign(static_cast<std::size_t>(std::max(job.input.piece_count, 0)), 0);
+    }
+}
+
+// Sets the masses that the phyxels move with. Selective mass scaling (Olovsson et al. 2005, here by phyxel):
+// a cut leaves some phyxels light, or with neighbours on few sides, and one of them would set the substep of
+// all.
+void ExplicitSolver::choose_masses(const Job& job) {
+    const Phyxels& phyxels = job.phyxels;
+    const std::size_t n = phyxels.size();
+    const std::span<const double> stiffness = job.neighbourhoods.stiffness_diagonal();
+    double total = 0;
+    std::vector<double>& ratio = effective_mass_;  // 1/s^2
+    ratio.clear();
+    for (std::size_t i = 0; i < n; ++i) {
+        total += phyxels.mass[i];
+        if (stiffness[i] > 0 && phyxels.mass[i] > 0) ratio.push_back(stiffness[i] / phyxels.mass[i]);
+    }
+    const double min_mass =
+        total > 0 ? tuning::explicit_steps::min_mass_share * total / static_cast<double>(n) : 1;
+    const auto middle = ratio.begin() + static_cast<std::ptrdiff_t>(ratio.size() / 2);
+    if (!ratio.empty()) std::nth_element(ratio.begin(), middle, ratio.end());
+    const double max_ratio = ratio.empty() ? std::numeric_limits<double>::infinity()
+                                           : tuning::explicit_steps::max_stiffness_ratio * *middle;
+    effective_mass_.resize(n);
+    inverse_mass_.resize(n);
+    for (std::size_t i = 0; i < n; ++i) {
+        effective_mass_[i] = std::max({phyxels.mass[i], min_mass, stiffness[i] / max_ratio});
+        inverse_mass_[i] = 1 / effective_mass_[i];
     }
 }
 

@@ -91,6 +91,7 @@ class ExplicitSolver {
         void finish();
     };
     void begin(const Job& job);
+    void choose_masses(const Job& job);
     void save_start(const Job& job);
     void restore_start(const Job& job) const;
     void draw_initial_mode(const Job& job);

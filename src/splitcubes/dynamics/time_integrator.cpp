@@ -17,32 +17,35 @@ StepInput TimeIntegrator::begin(Phyxels& phyxels, const Material& material, cons
 
 SolverReport TimeIntegrator::step_elastic(Phyxels& phyxels, const Neighbourhoods& neighbourhoods,
                                           const Material& material, const StepInput& input,
-                                          const SolverOptions& options, const Parallel& parallel) {
+                                          SolverOptions options, const Parallel& parallel) {
     check_step_input(phyxels, input);
     if (!options.guard_energy) return step_once(phyxels, neighbourhoods, material, input, options, parallel);
-    bool is_explicit = options.kind == SolverKind::explicit_steps;
-    const std::array<int, 3>& divisions =
-        is_explicit ? tuning::energy::explicit_divisions : tuning::energy::implicit_divisions;
-    const tuning::energy::Tolerance& tolerance =
-        is_explicit ? tuning::energy::explicit_tolerance : tuning::energy::implicit_tolerance;
-    // Contacts belong to the whole step, which is therefore not divided.
-    const std::size_t max_repetitions = is_explicit || input.contacts.empty() ? divisions.size() : 0;
     if (input.contacts.cached) {
         contact_cache_.reserve(input.contacts.contacts.size());
         contact_cache_ = *input.contacts.cached;
     }
     guard_.begin(phyxels, neighbourhoods, material, input, parallel);
-    const int parts =
-        is_explicit || !input.contacts.empty() ? 1 : rotation_substeps(phyxels, input, parallel);
+    const bool is_undivided = options.kind == SolverKind::explicit_steps || !input.contacts.empty();
+    const int parts = is_undivided ? 1 : rotation_substeps(phyxels, input, parallel);
     SolverReport report =
         parts > 1 ? step_with_substeps(phyxels, neighbourhoods, material, input, options, parts, parallel)
                   : step_once(phyxels, neighbourhoods, material, input, options, parallel);
+    bool took_implicit = false;
     for (std::size_t k = 0;; ++k) {
-        is_explicit = is_explicit && !report.took_implicit;
+        // A step that needs too many substeps would need even more when it is repeated.
+        took_implicit = took_implicit || report.took_implicit;
+        if (took_implicit) options = implicit_instead(options);
+        const bool is_explicit = options.kind == SolverKind::explicit_steps;
+        const std::array<int, 3>& divisions =
+            is_explicit ? tuning::energy::explicit_divisions : tuning::energy::implicit_divisions;
+        const tuning::energy::Tolerance& tolerance =
+            is_explicit ? tuning::energy::explicit_tolerance : tuning::energy::implicit_tolerance;
+        // Contacts belong to the whole step, which is therefore not divided.
+        const std::size_t max_repetitions = is_explicit || input.contacts.empty() ? divisions.size() : 0;
         guard_.count_contacts(phyxels, input, input.contacts, 0, contact_work_);
         const bool strained =
             guard_.evaluate(phyxels, neighbourhoods, material, input, tolerance, hold_work_, parallel);
-        if (!strained || k == max_repetitions) break;
+        if (!strained || k >= max_repetitions) break;
         guard_.restore_start(phyxels);
         if (input.contacts.cached) *input.contacts.cached = contact_cache_;
         const std::size_t non_finite = report.non_finite;
@@ -51,6 +54,7 @@ SolverReport TimeIntegrator::step_elastic(Phyxels& phyxels, const Neighbourhoods
         report.non_finite = std::max(report.non_finite, non_finite);
         report.retries = static_cast<int>(k) + 1;
     }
+    report.took_implicit = took_implicit;
     guard_.enforce(phyxels, neighbourhoods, material, input, report, parallel);
     return report;
 }
@@ -73,7 +77,7 @@ SolverReport TimeIntegrator::step_once(Phyxels& phyxels, const Neighbourhoods& n
         return report;
     }
     report = step_once(phyxels, neighbourhoods, material, input, implicit_instead(options), parallel);
-    phyxels.substeps = 0;
+    phyxels.substeps = tuning::explicit_steps::max_substeps_per_step + 1;
     report.took_implicit = true;
     return report;
 }
@@ -126,7 +130,9 @@ bool TimeIntegrator::solve_together(std::span<Member> members, const ContactInpu
     for (std::size_t k = 0; k < members.size(); ++k) {
         members[k].report = parts[k].report;
         members[k].report.took_implicit = options.kind == SolverKind::explicit_steps;
-        if (members[k].report.took_implicit) members[k].phyxels.substeps = 0;
+        // The next step does not try until it needs fewer.
+        if (members[k].report.took_implicit)
+            members[k].phyxels.substeps = tuning::explicit_steps::max_substeps_per_step + 1;
     }
     return false;
 }

@@ -46,7 +46,7 @@ class TimeIntegrator {
 
   private:
     SolverReport step_elastic(Phyxels& phyxels, const Neighbourhoods& neighbourhoods,
-                              const Material& material, const StepInput& input, const SolverOptions& options,
+                              const Material& material, const StepInput& input, SolverOptions options,
                               const Parallel& parallel);
     SolverReport step_once(Phyxels& phyxels, const Neighbourhoods& neighbourhoods, const Material& material,
                            const StepInput& input, const SolverOptions& options, const Parallel& parallel);

@@ -247,12 +247,15 @@ inline constexpr int further_power_iterations = 4;
 inline constexpr int substeps_between_estimates = 8;
 /// Growth factor of the largest |F|^2, above 1, after which it is estimated again at once.
 inline constexpr double growth_between_estimates = 1.15;
-/// Maximum number of substeps per step, 500 to 10000: bodies that need more take the step implicitly. Larger
+/// Maximum number of substeps per step, 500 to 2000: bodies that need more take the step implicitly. Larger
 /// lets steps take seconds; an implicit step costs as much as a few hundred substeps.
-inline constexpr int max_substeps_per_step = 2000;
+inline constexpr int max_substeps_per_step = 1000;
 /// Minimum mass that a phyxel moves with, as a share of the mean mass, 0 to 0.2. Larger allows longer
 /// substeps and distorts the motion of light phyxels more.
 inline constexpr double min_mass_share = 0.02;
+/// Largest ratio of stiffness to mass of a phyxel, relative to the median of its body, 3 to 30; phyxels above
+/// it move with more mass. Smaller allows longer substeps and distorts the motion of small fragments.
+inline constexpr double max_stiffness_ratio = 8;
 
 }  // namespace explicit_steps
 
