@@ -17,8 +17,9 @@ struct PieceMass {
     Vec3 centre = Vec3::Zero();   // m; a first moment while it is summed
     Vec3 lacking = Vec3::Zero();  // kg m
     Mat3 spread = Mat3::Zero();   // kg m^2, about the centre
-    Vec3 slope = Vec3::Zero();    // 1/m, relative change of mass
-    double change = 0;            // largest relative change of a mass
+    Mat3 axes = Mat3::Zero();     // principal axes in columns, by ascending extent
+    Vec3 reach = Vec3::Zero();    // m, largest distance of a phyxel from the centre along each
+    Vec3 change = Vec3::Zero();   // 1/m, relative change of mass along each
 };
 
 class MassCentres {
@@ -29,7 +30,9 @@ class MassCentres {
     void run() {
         sum_phyxels();
         subtract_from_nodes();
-        for (PieceMass& piece : pieces_) find_slope(piece);
+        for (PieceMass& piece : pieces_) find_changes(piece);
+        find_reaches();
+        for (PieceMass& piece : pieces_) limit_changes(piece);
         change_masses();
     }
 
@@ -37,7 +40,11 @@ class MassCentres {
     PieceMass& of(std::int32_t piece) { return pieces_[static_cast<std::size_t>(piece)]; }
     void sum_phyxels();
     void subtract_from_nodes();
-    static void find_slope(PieceMass& piece);
+    static void find_changes(PieceMass& piece);
+    static void limit_changes(PieceMass& piece);
+    void find_reaches();
+    template <class Use>
+    void for_members(const Use& use);
     void change_masses();
 
     const MaterialNodes& nodes_;
@@ -77,33 +84,48 @@ void MassCentres::subtract_from_nodes() {
                 density_ * nodes_.volume[b] * (nodes_.rest_position[b] - of(nodes_.piece[b]).centre);
 }
 
-// Finds the slope s with sum of m d (d . s) = what is lacking, along axes in which the piece has an extent.
-void MassCentres::find_slope(PieceMass& piece) {
+// Finds the changes c along the axes a with sum of m d (c . a . d) = what is lacking.
+void MassCentres::find_changes(PieceMass& piece) {
     if (!(piece.mass > 0)) return;
     const double extent = tuning::lumping::min_extent * piece.support / piece.mass;
-    const Eigen::SelfAdjointEigenSolver<Mat3> axes(piece.spread);
-    for (int k = 0; k < 3; ++k) {
-        const Vec3 axis = axes.eigenvectors().col(k);
-        if (axes.eigenvalues()[k] > piece.mass * extent * extent)
-            piece.slope += axis.dot(piece.lacking) / axes.eigenvalues()[k] * axis;
+    const Eigen::SelfAdjointEigenSolver<Mat3> solver(piece.spread);
+    piece.axes = solver.eigenvectors();
+    for (int k = 0; k < 3; ++k)
+        if (solver.eigenvalues()[k] > piece.mass * extent * extent)
+            piece.change[k] = piece.axes.col(k).dot(piece.lacking) / solver.eigenvalues()[k];
+    if (!piece.axes.allFinite() || !piece.change.allFinite()) piece.change.setZero();
+}
+
+template <class Use>
+void MassCentres::for_members(const Use& use) {
+    for (std::size_t i = 0; i < phyxels_.size(); ++i) {
+        if (phyxels_.piece[i] < 0) continue;
+        PieceMass& piece = of(phyxels_.piece[i]);
+        if (!piece.change.isZero(0))
+            use(i, piece, Vec3(piece.axes.transpose() * (phyxels_.rest_position[i] - piece.centre)));
     }
-    if (!piece.slope.allFinite()) piece.slope.setZero();
+}
+
+void MassCentres::find_reaches() {
+    for_members([](std::size_t, PieceMass& piece, const Vec3& along) {
+        piece.reach = piece.reach.cwiseMax(along.cwiseAbs());
+    });
+}
+
+// Limits the sum of the changes: those along the largest extents come first.
+void MassCentres::limit_changes(PieceMass& piece) {
+    double left = tuning::lumping::max_mass_change;
+    for (int k = 2; k >= 0; --k) {
+        const double largest = std::abs(piece.change[k]) * piece.reach[k];
+        if (largest > left) piece.change[k] *= left / largest;
+        left -= std::min(largest, left);
+    }
 }
 
 void MassCentres::change_masses() {
-    const auto relative_change = [&](std::size_t i) {
-        const PieceMass& piece = of(phyxels_.piece[i]);
-        return piece.slope.dot(phyxels_.rest_position[i] - piece.centre);
-    };
-    for (std::size_t i = 0; i < phyxels_.size(); ++i)
-        if (phyxels_.piece[i] >= 0)
-            of(phyxels_.piece[i]).change =
-                std::max(of(phyxels_.piece[i]).change, std::abs(relative_change(i)));
-    for (PieceMass& piece : pieces_)
-        if (piece.change > tuning::lumping::max_mass_change)
-            piece.slope *= tuning::lumping::max_mass_change / piece.change;
-    for (std::size_t i = 0; i < phyxels_.size(); ++i)
-        if (phyxels_.piece[i] >= 0) phyxels_.mass[i] *= 1 + relative_change(i);
+    for_members([&](std::size_t i, const PieceMass& piece, const Vec3& along) {
+        phyxels_.mass[i] *= 1 + piece.change.dot(along);
+    });
 }
 
 }  // namespace

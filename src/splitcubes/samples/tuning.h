@@ -88,12 +88,12 @@ inline constexpr double square_scale = 3;
 inline constexpr double moments_damping = 0.005;
 /// Iterative refinements that remove most of that bias, 0 to 5.
 inline constexpr int moments_refinements = 2;
-/// Largest change of a phyxel's mass that keeps the centre of mass of its piece, as a share of itself, 0.1 to
+/// Largest change of a phyxel's mass that keeps the centre of mass of its piece, as a share of itself, 0.3 to
 /// 0.7. Smaller lets pieces move when they are cut; larger makes light phyxels.
-inline constexpr double max_mass_change = 0.5;
-/// Radius of gyration along an axis, in support radii, below which a piece has no extent there, 0.05 to 0.3:
-/// its centre of mass stays where its phyxels are. Smaller needs large changes of mass.
-inline constexpr double min_extent = 0.15;
+inline constexpr double max_mass_change = 0.7;
+/// Radius of gyration along an axis, in support radii, below which a piece has no extent there, 1e-3 to 0.1:
+/// its centre of mass stays where its phyxels are. Larger gives up thin pieces; smaller divides by rounding.
+inline constexpr double min_extent = 0.02;
 
 }  // namespace lumping
 
