@@ -108,6 +108,40 @@ TEST(Tearing, AboveItsStrengthABarTearsAcross) {
     EXPECT_GT(shares[1], 0.08);
 }
 
+// Stress is uniform, so the bar tears as its stress reaches its strength, however deep the clamps reach.
+TEST(Tearing, AClampedBarTearsAtItsStrength) {
+    Random random(2);
+    for (int trial = 0; trial < 6; ++trial) {
+        const double layers = 1 + trial % 3, spacing = 0.01;
+        World world(free_space(), threads(2));
+        BodySettings settings = soft(0.5 * spacing, 0);
+        settings.phyxel_spacing = spacing;
+        settings.material.youngs_modulus = std::pow(10, random.uniform(4, 6));
+        settings.material.poisson_ratio = 0;
+        settings.material.mass_damping = 20;
+        const double strain = random.uniform(0.03, 0.06);
+        settings.tearing = of_strength(strain * settings.material.youngs_modulus);
+        const double across = spacing * (3 + trial % 2), free_length = spacing * (8 + trial);
+        const double length = free_length + (2 * layers - 1) * spacing;
+        Body& body = world.add_body(geometry::make_box(Vec3(length, across, across)), settings);
+        const double rate = strain * free_length / 2 / 0.8;  // m/s, of each end
+        for (const double side : {-1.0, 1.0}) {
+            HoldConstraint hold;
+            hold.region = [side, edge = 0.5 * length - layers * spacing](const Vec3& rest) {
+                return side * rest[0] > edge;
+            };
+            hold.motion = [side, rate](double time) {
+                return Isometry(Eigen::Translation3d(side * rate * time, 0, 0));
+            };
+            body.add_constraint(hold);
+        }
+        double torn_at = 0;
+        for (int step = 0; step < 200 && torn_at == 0; ++step)
+            if (world.step().counts.torn_edges > 0) torn_at = 2 * rate * world.time() / free_length;
+        EXPECT_NEAR(torn_at, strain, 0.06 * strain) << "trial " << trial << ", layers " << layers;
+    }
+}
+
 TEST(Tearing, ANotchedBarTearsFromItsNotch) {
     PulledBar bar(0.01, 500, of_strength(6e4));
     // Notch at x = 0.03 from above down to a third of the height.

@@ -135,8 +135,10 @@ void CrackNucleation::begin_cracks(NodeGrid& grid, const TearContext& context,
                                    std::vector<std::int32_t>& slots) {
     order_.clear();
     const std::span<const double> load = stress_.load();
+    // Held material does not tear itself. Its load is that of what it holds, so it would take all tries.
+    const auto is_held = [&](std::uint32_t i) { return i < context.held.size() && context.held[i] != 0; };
     for (std::uint32_t i = 0; i < load.size(); ++i)
-        if (load[i] > 1) order_.push_back(i);
+        if (load[i] > 1 && !is_held(i)) order_.push_back(i);
     std::sort(order_.begin(), order_.end(), [&](std::uint32_t a, std::uint32_t b) {
         return load[a] != load[b] ? load[a] > load[b] : a < b;
     });
