@@ -158,6 +158,52 @@ void expect_equal(const Neighbourhoods& a, const Neighbourhoods& b) {
     expect_equal_slices(a.slices(), b.slices());
 }
 
+// Holds begin and end between cuts. Rows are functions of what is held and visible, whatever came before.
+TEST(Neighbourhoods, RowsOfHeldPhyxelsEqualARebuild) {
+    const Parallel one(1), two(2);
+    Specimen body = block(7, 6, 5, 0.05, Material{}, one);
+    Random random(7);
+    for (int round = 0; round < 16; ++round) {
+        const Vec3 point = fixtures::random_vector(random, 0.15), normal = fixtures::random_vector(random, 1);
+        const bool is_held = random.below(3) != 0;
+        for (std::size_t i = 0; i < body.phyxels.size(); ++i)
+            if (normal.dot(body.phyxels.rest_position[i] - point) > 0) body.phyxels.held[i] = is_held;
+        body.neighbourhoods.update_held(body.phyxels, body.pairs, body.material, two);
+        const std::vector<std::uint32_t> changed = fixtures::cut_by_plane(
+            body, fixtures::random_vector(random, 0.1), fixtures::random_vector(random, 1));
+        if (round % 3 == 1)
+            body.neighbourhoods.update(body.phyxels, body.pairs, changed, body.material, two);
+        else
+            for (const std::uint32_t p : changed) body.pairs.visibility[p] = 1;
+        body.phyxels.volume[random.below(100)] *= 0.7;
+        body.neighbourhoods.refresh_volumes(body.phyxels, body.material, two);
+        EXPECT_FALSE(body.neighbourhoods.update_held(body.phyxels, body.pairs, body.material, two));
+        Neighbourhoods fresh;
+        fresh.rebuild(body.phyxels, body.pairs, body.material, one);
+        expect_equal(body.neighbourhoods, fresh);
+    }
+    body.phyxels.held.assign(body.phyxels.size(), 0);
+    EXPECT_TRUE(body.neighbourhoods.update_held(body.phyxels, body.pairs, body.material, two));
+    for (std::size_t i = 0; i < body.phyxels.size(); ++i)
+        EXPECT_EQ(body.neighbourhoods.volume()[i], body.phyxels.volume[i]);
+}
+
+// A phyxel that is held alone, or amid free ones, keeps its row.
+TEST(Neighbourhoods, HoldsWithFreePhyxelsOnBothSidesChangeNothing) {
+    const Parallel one(1);
+    Specimen body = block(7, 7, 7, 0.05, Material{}, one);
+    for (std::size_t i = 0; i < body.phyxels.size(); ++i) {
+        const Vec3& rest = body.phyxels.rest_position[i];
+        body.phyxels.held[i] = rest.norm() < 1e-9 || std::abs(rest.x() - 0.1) < 1e-9;
+    }
+    const Neighbourhoods before = body.neighbourhoods;
+    body.neighbourhoods.update_held(body.phyxels, body.pairs, body.material, one);
+    for (std::size_t l = 0; l < before.link_count(); ++l)
+        EXPECT_NEAR(body.neighbourhoods.weight()[l], before.weight()[l], 1e-6 * before.weight()[l]);
+    for (std::size_t i = 0; i < before.size(); ++i)
+        EXPECT_NEAR(body.neighbourhoods.volume()[i], before.volume()[i], 1e-6 * before.volume()[i]);
+}
+
 TEST(Neighbourhoods, UpdateEqualsRebuild) {
     const Parallel one(1), two(2);
     Specimen body = block(7, 6, 5, 0.05, Material{}, one);

@@ -205,6 +205,7 @@ class Body {
     void resample_splits(const StepContext& context, TopologyChange& change, StepReport& report);
     void sample_small_parts(const Parallel& parallel);
     void update_links(const Parallel& parallel, TopologyChange& change);
+    bool update_held(const StepContext& context);
     void relax_cut(const StepContext& context);
     SampleContext sample_context(const Parallel& parallel) const {
         return {grid_, *pieces_, occluders_.grid(), inside_, settings_.material, settings_.pose, parallel};

@@ -24,7 +24,7 @@ void Body::tear(const StepContext& context, TopologyChange& change, StepReport& 
     // The phyxels held in the last step follow from the constraints: those of begin_step are not in a
     // checkpoint.
     const std::span<const std::uint8_t> held =
-        boundary_.held_among(samples_.phyxels, context.time - context.dt, context.parallel);
+        boundary_.held_among(samples_.phyxels, context.time - context.dt);
     const std::vector<std::int32_t> slots =
         tearing_->tear(grid_, {*pieces_, occluders_.grid(), samples_.phyxels, samples_.neighbourhoods,
                                samples_.locator, settings_.material, motion_->tracker(), motion_->frames(),

@@ -88,9 +88,7 @@ void Body::resample_splits(const StepContext& context, TopologyChange& change, S
     // The phyxels held in the last step follow from the constraints: those of begin_step are not in a
     // checkpoint. Before the first step none is held.
     Attachments attachments;
-    if (context.dt > 0)
-        attachments.held =
-            boundary_.held_among(samples_.phyxels, context.time - context.dt, context.parallel);
+    if (context.dt > 0) attachments.held = boundary_.held_among(samples_.phyxels, context.time - context.dt);
     attachments.holds = boundary_.constraints().size();
     attachments.handles = boundary_.handles().size();
     attachments.acts_on = [this](std::size_t i) { return boundary_.is_attached(samples_.phyxels, i); };
@@ -124,13 +122,20 @@ void Body::update_links(const Parallel& parallel, TopologyChange& change) {
     change.dirty_pairs.clear();
 }
 
-// Takes away elastic energy that the new neighbourhoods would add. There is none before the first step.
+// Tells the neighbourhoods which phyxels the coming step holds. Returns whether others are than before.
+bool Body::update_held(const StepContext& context) {
+    if (lattice_) return false;
+    const std::span<const std::uint8_t> held = boundary_.held_among(samples_.phyxels, context.time);
+    samples_.phyxels.held.assign(held.begin(), held.end());
+    return samples_.neighbourhoods.update_held(samples_.phyxels, samples_.pairs, settings_.material,
+                                               context.parallel);
+}
+
+// Takes away elastic energy that the new neighbourhoods would add: those of a cut, of a hold that lets go.
+// There is none before the first step.
 void Body::relax_cut(const StepContext& context) {
     if (!(context.dt > 0) || lattice_ || !(samples_.phyxels.history_step > 0)) return;
-    // Those of begin_step are not in a checkpoint.
-    const std::span<const std::uint8_t> held =
-        boundary_.held_among(samples_.phyxels, context.time - context.dt, context.parallel);
-    relaxation_->relax(samples_.phyxels, samples_.neighbourhoods, settings_.material, held,
+    relaxation_->relax(samples_.phyxels, samples_.neighbourhoods, settings_.material, samples_.phyxels.held,
                        static_cast<int>(pieces_->count()), context.parallel);
 }
 
@@ -138,7 +143,8 @@ void Body::rebuild_neighbourhoods(const StepContext& context, TopologyChange& ch
     motion_->edges_cut(grid_, change.crossings);
     const bool is_relinked = !change.dirty_pairs.empty() || change.volumes_changed;
     update_links(context.parallel, change);
-    if (is_relinked) relax_cut(context);
+    const bool is_held_otherwise = update_held(context);
+    if (is_held_otherwise || is_relinked) relax_cut(context);
     motion_->tracker().let_sleep();
     motion_->tracker().refresh(tracker_context(context.parallel));
 }

@@ -96,15 +96,12 @@ void BoundaryConditions::begin_step(const meshless::Phyxels& phyxels, double tim
     kinematic_rigid_pieces_ = find_kinematic_rigid_pieces(phyxels, time, dt);
 }
 
-std::span<const std::uint8_t> BoundaryConditions::held_among(const meshless::Phyxels& phyxels, double time,
-                                                             const Parallel& parallel) {
+std::span<const std::uint8_t> BoundaryConditions::held_among(const meshless::Phyxels& phyxels, double time) {
+    list_phyxels_of(constraints_, phyxels, phyxels.ignored_holds, pose_, constrained_);
     held_among_.assign(phyxels.size(), 0);
-    for (std::size_t c = 0; c < constraints_.size(); ++c) {
-        if (!constraints_[c].is_active(time)) continue;
-        parallel.for_each(phyxels.size(), 1024, [&](std::size_t i) {
-            if (acts_on(constraints_, c, phyxels, phyxels.ignored_holds, pose_, i)) held_among_[i] = 1;
-        });
-    }
+    for (std::size_t c = 0; c < constraints_.size(); ++c)
+        if (constraints_[c].is_active(time))
+            for (const std::uint32_t i : constrained_[c]) held_among_[i] = 1;
     return held_among_;
 }
 

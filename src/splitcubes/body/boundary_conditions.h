@@ -91,8 +91,7 @@ class BoundaryConditions {
 
     /// Returns which phyxels are held in a step that starts at a time, s: 1 if held. Valid until the next
     /// call.
-    std::span<const std::uint8_t> held_among(const meshless::Phyxels& phyxels, double time,
-                                             const Parallel& parallel);
+    std::span<const std::uint8_t> held_among(const meshless::Phyxels& phyxels, double time);
     /// Returns whether a constraint or a handle, active or not, acts on a phyxel.
     bool is_attached(const meshless::Phyxels& phyxels, std::size_t i) const;
     /// Points and their prescribed positions.

@@ -15,7 +15,7 @@ namespace splitcubes::body {
 namespace {
 
 // Least stored bytes of a phyxel: bounds the count that is read.
-constexpr std::size_t bytes_of_phyxel = 338;
+constexpr std::size_t bytes_of_phyxel = 339;
 
 }  // namespace
 
@@ -51,7 +51,7 @@ void ElasticSamples::save_phyxels(const splitting::NodeGrid& grid, const meshles
     for (const auto* matrices : {&phyxels.deformation, &phyxels.rotation, &previous_deformation})
         writer.add(numbers_of(*matrices));
     if (material.plasticity) writer.add(numbers_of(phyxels.plastic_strain));
-    for (const auto* flags : {&phyxels.restart_history, &phyxels.touching})
+    for (const auto* flags : {&phyxels.restart_history, &phyxels.touching, &phyxels.held})
         writer.add(std::span<const std::uint8_t>(*flags));
     for (const auto* energies : {&phyxels.elastic_energy, &phyxels.reserve})
         writer.add(std::span<const double>(*energies));
@@ -150,7 +150,7 @@ void ElasticSamples::load_phyxels(const SampleContext& context, StateReader& rea
                       "a phyxel with an invalid rotation");
     if (context.material.plasticity)
         read_numbers(reader, count, phyxels.plastic_strain, "a phyxel with an invalid plastic strain");
-    for (auto* flags : {&phyxels.restart_history, &phyxels.touching})
+    for (auto* flags : {&phyxels.restart_history, &phyxels.touching, &phyxels.held})
         *flags = reader.numbers<std::uint8_t>(count, 0, 1, "a phyxel with an invalid flag");
     for (auto* energies : {&phyxels.elastic_energy, &phyxels.reserve})
         read_numbers(reader, count, *energies, "a phyxel with an invalid energy");

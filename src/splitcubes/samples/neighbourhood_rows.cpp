@@ -34,9 +34,13 @@ void Neighbourhoods::add_rows(const Phyxels& phyxels) {
     rows_.inverse_moment.resize(n, Mat3::Zero());
     rows_.base_trace.resize(n, 0);
     rows_.penalty.resize(n, 0);
-    rows_.volume.insert(rows_.volume.end(),
-                        phyxels.volume.begin() + static_cast<std::ptrdiff_t>(rows_.volume.size()),
-                        phyxels.volume.end());
+    const auto append_from = [](const auto& source, auto& out) {
+        out.insert(out.end(), source.begin() + static_cast<std::ptrdiff_t>(out.size()), source.end());
+    };
+    append_from(phyxels.volume, rows_.whole_volume);
+    append_from(phyxels.volume, rows_.volume);
+    append_from(phyxels.held, rows_.held);
+    rows_.free_share.resize(n, 1);
     rows_.diagonal.resize(n, 0);
     rows_.coupling.resize(n, 0);
     rows_.revision.resize(n, 0);

@@ -21,6 +21,39 @@ double mean_modulus(const Material& material) {
 
 }  // namespace
 
+// Where a phyxel is held, what lies behind it moves with the hold and is not strained. If links into it
+// counted, the fit would see half of the strain before it. So the row of a held phyxel keeps its links to
+// free phyxels and those beside it, and counts the share of its volume that is not behind.
+void Neighbourhoods::face_free_side(std::size_t i) {
+    rows_.free_share[i] = 1;
+    if (rows_.held[i] == 0) return;
+    Vec3 ahead = Vec3::Zero();
+    double length = 0;
+    for (std::uint32_t l = range_[i].begin; l < range_[i].end; ++l) {
+        if (rows_.held[links_.neighbour[l]] != 0) continue;
+        ahead += links_.weight[l] * links_.rest_edge[l];
+        length += links_.weight[l] * links_.rest_edge[l].norm();
+    }
+    const double sum = ahead.norm();
+    if (!(sum > 0)) return;
+    const Vec3 normal = ahead / sum;
+    using namespace tuning::holds;
+    const double one_sided =
+        std::clamp((sum / length - min_one_sided) / (max_one_sided - min_one_sided), 0.0, 1.0);
+    if (one_sided == 0) return;
+    double before = 0, behind = 0;
+    for (std::uint32_t l = range_[i].begin; l < range_[i].end; ++l) {
+        const double height = normal.dot(links_.rest_edge[l]);
+        if (rows_.held[links_.neighbour[l]] != 0) {
+            const double slope = height / links_.rest_edge[l].norm();
+            const double hidden = std::clamp(-slope / behind_cosine, 0.0, 1.0);
+            links_.weight[l] *= 1 - one_sided * hidden;
+        }
+        (height > 0 ? before : behind) += links_.weight[l] * height * height;
+    }
+    rows_.free_share[i] = 1 - 0.5 * one_sided * (1 - std::min(1.0, behind / before));
+}
+
 // Balances the weights of row i; a row of more links is dense enough without. Partly visible links enter
 // as whole ones and are weakened afterwards: a balance of weakened links would give back what the cut took.
 void Neighbourhoods::balance_row(std::size_t i) {
@@ -50,6 +83,7 @@ void Neighbourhoods::compute_row(const Pairs& pairs, std::size_t i) {
     Mat3 moment = Mat3::Zero();
     for (std::uint32_t l = range_[i].begin; l < range_[i].end; ++l)
         links_.weight[l] = links_.base_weight[l] * static_cast<double>(pairs.visibility[links_.pair[l]]);
+    face_free_side(i);
     balance_row(i);
     for (std::uint32_t l = range_[i].begin; l < range_[i].end; ++l)
         if (links_.weight[l] > 0)
@@ -92,6 +126,7 @@ bool Neighbourhoods::has_resolved_gradient(std::size_t i) const {
 }
 
 void Neighbourhoods::set_penalty(const Material& material, std::size_t i) {
+    rows_.volume[i] = rows_.free_share[i] * rows_.whole_volume[i];
     const bool is_resolved = rows_.base_trace[i] > 0 && has_resolved_gradient(i);
     rows_.penalty[i] = is_resolved ? tuning::neighbourhoods::penalty_factor * material.zero_energy *
                                          material.lame_mu() * rows_.volume[i] / rows_.base_trace[i]
@@ -166,12 +201,12 @@ void Neighbourhoods::refresh_volumes(const Phyxels& phyxels, const Material& mat
     scratch_.rows.clear();
     const bool all = !(material_key_ == key_of(material));
     for (std::uint32_t i = 0; i < size(); ++i)
-        if (all || rows_.volume[i] != phyxels.volume[i]) scratch_.rows.push_back(i);
+        if (all || rows_.whole_volume[i] != phyxels.volume[i]) scratch_.rows.push_back(i);
     material_key_ = key_of(material);
     if (scratch_.rows.empty()) return;
     revision_ = next_revision();
     for_phyxels(parallel, scratch_.rows.size(), [&](std::size_t k) {
-        rows_.volume[scratch_.rows[k]] = phyxels.volume[scratch_.rows[k]];
+        rows_.whole_volume[scratch_.rows[k]] = phyxels.volume[scratch_.rows[k]];
         set_penalty(material, scratch_.rows[k]);
     });
     for (const std::uint32_t i : scratch_.rows) scratch_.mark[i] = 1;
@@ -217,6 +252,32 @@ void Neighbourhoods::update_rows(const Pairs& pairs, const Material& material, c
     for_phyxels(parallel, scratch_.ring.size(),
                 [&](std::size_t k) { finish_row(material, scratch_.ring[k]); });
     for (const std::uint32_t i : scratch_.ring) scratch_.mark[i] = 0;
+}
+
+bool Neighbourhoods::update_held(const Phyxels& phyxels, const Pairs& pairs, const Material& material,
+                                 const Parallel& parallel) {
+    assert(phyxels.size() == size() && pairs.size() == pair_count_);
+    scratch_.rows.clear();
+    for (std::uint32_t i = 0; i < size(); ++i) {
+        if (rows_.held[i] == phyxels.held[i]) continue;
+        rows_.held[i] = phyxels.held[i];
+        scratch_.rows.push_back(i);
+        scratch_.mark[i] = 1;
+    }
+    if (scratch_.rows.empty()) return false;
+    const std::size_t changed = scratch_.rows.size();
+    for (std::size_t k = 0; k < changed; ++k) {
+        const LinkRange& range = range_[scratch_.rows[k]];
+        for (std::uint32_t l = range.begin; l < range.end; ++l) {
+            const std::uint32_t j = links_.neighbour[l];
+            if (rows_.held[j] == 0 || scratch_.mark[j] == 1) continue;
+            scratch_.mark[j] = 1;
+            scratch_.rows.push_back(j);
+        }
+    }
+    revision_ = next_revision();
+    update_rows(pairs, material, parallel);
+    return true;
 }
 
 void Neighbourhoods::update([[maybe_unused]] const Phyxels& phyxels, const Pairs& pairs,

@@ -74,6 +74,10 @@ class Neighbourhoods {
     /// Updates after phyxels.volume (pieces separated) or the material changed. With the same material only
     /// rows whose volume changed are recomputed.
     void refresh_volumes(const Phyxels& phyxels, const Material& material, const Parallel& parallel);
+    /// Updates after phyxels.held changed. Returns whether it has since the last call or rebuild. The cost
+    /// beyond a comparison per phyxel grows with the rows around those that changed.
+    bool update_held(const Phyxels& phyxels, const Pairs& pairs, const Material& material,
+                     const Parallel& parallel);
 
     std::size_t size() const { return rows_.rank.size(); }
     /// Returns the number of links in all rows.
@@ -100,7 +104,8 @@ class Neighbourhoods {
     }
     /// sum_j g_ij, 1/m.
     std::span<const Vec3> gradient_sum() const { return rows_.gradient_sum; }
-    /// m^3, as of the last rebuild, update or refresh.
+    /// m^3, as of the last rebuild, update or refresh: the part of phyxels.volume that can be strained, less
+    /// than all of it where a phyxel is held and has free neighbours on one side only.
     std::span<const double> volume() const { return rows_.volume; }
     /// Mean of the diagonal of the stiffness matrix's 3x3 block, N/m, for the preconditioner. Exact for
     /// corotated phyxels with equal rotations.
@@ -171,9 +176,12 @@ class Neighbourhoods {
         StreamArray<Mat3> inverse_moment;  // pseudo-inverse in the kept directions, m
         std::vector<double> base_trace;    // trace of the moment before any cut, 1/m
         std::vector<double> penalty;       // c_i, N m^2
-        std::vector<double> volume;        // m^3
-        std::vector<double> diagonal;      // N/m
-        std::vector<double> coupling;      // link_coupling per unit of weight, N m^2
+        std::vector<double> whole_volume;  // m^3, of the phyxel
+        std::vector<double> free_share;    // of it, 0 to 1: what is not on the far side of a hold
+        std::vector<double> volume;        // m^3, their product
+        std::vector<std::uint8_t> held;
+        std::vector<double> diagonal;  // N/m
+        std::vector<double> coupling;  // link_coupling per unit of weight, N m^2
         std::vector<std::uint64_t> revision;
     };
     /// Rows that an update changes; kept to avoid allocations.
@@ -199,6 +207,7 @@ class Neighbourhoods {
     void mark_rows(const Pairs& pairs, std::span<const std::uint32_t> changed_pairs);
     void update_rows(const Pairs& pairs, const Material& material, const Parallel& parallel);
     void write_links(std::size_t i);
+    void face_free_side(std::size_t i);
     void balance_row(std::size_t i);
     void compute_row(const Pairs& pairs, std::size_t i);
     bool has_resolved_gradient(std::size_t i) const;

@@ -43,6 +43,7 @@ void Phyxels::append(const PhyxelStart& start) {
     piece.push_back(start.piece);
     restart_history.push_back(1);
     touching.push_back(0);
+    held.push_back(0);
     elastic_energy.push_back(0);
     reserve.push_back(0);
     ignored_holds.push_back(start.ignored_holds);

@@ -43,6 +43,7 @@ struct Phyxels {
     std::vector<std::int32_t> piece;            // id of its piece, 0..piece_count-1
     std::vector<std::uint8_t> restart_history;  // 1: BDF2 restarts with backward Euler
     std::vector<std::uint8_t> touching;         // 1: on the ground, written by ImplicitSolver
+    std::vector<std::uint8_t> held;             // 1: its position is prescribed, for Neighbourhoods
     std::vector<double> elastic_energy;         // J, at the end of the last step, with the links of that step
     std::vector<double> reserve;                // J, its share of its piece's energy budget (EnergyGuard)
     /// Number of the first holds and handles of the body that do not act on the phyxel, whatever their
@@ -62,7 +63,7 @@ struct Phyxels {
     void serialize(Archive& archive) {
         archive(rest_position, position, velocity, previous_position, previous_velocity, mass, volume);
         archive(support_radius, contact_radius, deformation, rotation, plastic_strain, piece);
-        archive(restart_history, touching, elastic_energy, reserve, history_step, substeps, rigid);
+        archive(restart_history, touching, held, elastic_energy, reserve, history_step, substeps, rigid);
         archive(ignored_holds, ignored_handles);
     }
     /// Appends one phyxel with zero mass and volume; its restart_history is 1.

@@ -47,6 +47,22 @@ inline constexpr double mean_square_length = 1.31;
 
 }  // namespace neighbourhoods
 
+/// Rows of held phyxels, which count no material behind them (neighbourhoods.cpp).
+namespace holds {
+
+/// Cosine between a link and the way to the free side, below minus which the link does not count, 0.1 to
+/// 0.57: links of a lattice to the layer behind are beyond. Larger counts links into the hold; smaller makes
+/// rows depend on rounding.
+inline constexpr double behind_cosine = 0.5;
+/// Sum of a row's weighted links to free phyxels over the sum of their lengths, 0.1 to 0.5, up to which they
+/// do not lie on one side: it is 0.3 for one held phyxel of a surface. Smaller takes volume from such.
+inline constexpr double min_one_sided = 0.3;
+/// The same, 0.5 to 0.75, from which they do: it is 0.8 for the edge of a hold along a lattice. Larger counts
+/// links into the hold.
+inline constexpr double max_one_sided = 0.6;
+
+}  // namespace holds
+
 /// Weights of neighbourhoods that are not symmetric (balanced_weights.cpp). Ridges and moments are fractions
 /// of the sum of a row's weights, with lengths in spacings.
 namespace balance {

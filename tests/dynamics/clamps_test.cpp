@@ -1,0 +1,125 @@
+// Laws of the stress beside held phyxels: clamps add and take nothing.
+#include "bodies.h"
+
+#include <gtest/gtest.h>
+#include <splitcubes/samples/kernel.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace splitcubes::meshless {
+namespace {
+
+using fixtures::block;
+using fixtures::random_rotation;
+using fixtures::Specimen;
+
+/// Steps that damp all motion.
+void settle(Specimen& body, const Parallel& parallel) {
+    body.phyxels.held.assign(body.input.held.begin(), body.input.held.end());
+    body.neighbourhoods.update_held(body.phyxels, body.pairs, body.material, parallel);
+    body.input.dt = 0.1;
+    body.options.tolerance = 1e-9;
+    body.options.max_iterations = 5000;
+    for (int step = 0; step < 40; ++step) body.step(parallel);
+}
+
+/// A bar along x, its ends clamped and moved apart.
+struct Clamped {
+    Vec3i count = Vec3i::Zero();  // phyxels
+    int layers = 1;               // of phyxels in a clamp
+    double spacing = 0.01, strain = 0.01;
+    Mat3 rotation = Mat3::Identity();
+
+    double half_length() const { return 0.5 * (count.x() - 1) * spacing; }
+    /// m, from the middle to the last held phyxels.
+    double half_span() const { return half_length() - (layers - 1) * spacing; }
+    bool holds(const Vec3& rest) const { return std::abs(rest.x()) > half_span() - 0.5 * spacing; }
+};
+
+/// The strain along the bar at a phyxel over that of the clamps.
+double strain_at(const Specimen& body, const Clamped& bar, std::size_t i) {
+    const Mat3 F = bar.rotation.transpose() * body.phyxels.deformation[i];
+    return (F(0, 0) - 1) / bar.strain;
+}
+
+/// The kernel mean of the strain of free phyxels around a phyxel, as tearing takes it.
+double mean_strain_at(const Specimen& body, const Clamped& bar, std::size_t i) {
+    double sum = 0, total = 0;
+    for (std::size_t j = 0; j < body.phyxels.size(); ++j) {
+        if (body.input.held[j] != 0) continue;
+        const Vec3 edge = body.phyxels.rest_position[j] - body.phyxels.rest_position[i];
+        const double weight = kernel(edge.squaredNorm(), body.phyxels.support_radius[i]);
+        sum += weight * strain_at(body, bar, j);
+        total += weight;
+    }
+    return sum / total;
+}
+
+TEST(Clamps, TheStressBesideThemIsUniform) {
+    const Parallel parallel(2);
+    Random random(3);
+    for (int trial = 0; trial < 18; ++trial) {
+        const auto across = [&] { return 3 + static_cast<int>(random.below(3)); };
+        Clamped bar;
+        bar.layers = 1 + trial % 3;
+        bar.count = Vec3i(2 * bar.layers + 8 + static_cast<int>(random.below(6)), across(), across());
+        bar.rotation = random_rotation(random);
+        Material material;
+        material.youngs_modulus = std::pow(10.0, random.uniform(3, 8));
+        material.poisson_ratio = 0;  // so that a clamp does not hinder the contraction
+        if (trial % 2 == 1) material.model = MaterialModel::st_venant_kirchhoff;
+        Specimen body = block(bar.count.x(), bar.count.y(), bar.count.z(), bar.spacing, material, parallel);
+        std::vector<std::uint8_t> held;
+        std::vector<Vec3> position;
+        for (const Vec3& rest : body.phyxels.rest_position) {
+            held.push_back(bar.holds(rest));
+            const double moved = std::copysign(bar.strain * bar.half_span(), rest.x());
+            position.push_back(bar.rotation * (rest + moved * Vec3::UnitX()));
+        }
+        body.input.held = held;
+        body.input.held_position = position;
+        body.move([&](const Vec3& x) -> Vec3 { return bar.rotation * x; },
+                  [](const Vec3&) -> Vec3 { return Vec3::Zero(); });
+        settle(body, parallel);
+        for (std::size_t i = 0; i < body.phyxels.size(); ++i) {
+            if (held[i] != 0) continue;
+            ASSERT_NEAR(mean_strain_at(body, bar, i), 1, 0.01)
+                << "trial " << trial << ", phyxels " << bar.count.transpose() << ", layers " << bar.layers;
+            ASSERT_NEAR(strain_at(body, bar, i), 1, 0.05) << "trial " << trial;
+        }
+    }
+}
+
+// The patch test with the outermost phyxels of a block prescribed.
+TEST(Clamps, LinearFieldsOfAHeldSurfaceReachTheInside) {
+    const Parallel parallel(2);
+    Random random(11);
+    for (const int n : {5, 6, 8}) {
+        Material material;
+        material.poisson_ratio = random.uniform(0, 0.45);
+        Specimen body = block(n, n, n, 0.01, material, parallel);
+        Mat3 gradient;
+        for (int k = 0; k < 9; ++k) gradient(k) = random.uniform(-0.01, 0.01);
+        std::vector<std::uint8_t> held;
+        std::vector<Vec3> position;
+        for (const Vec3& rest : body.phyxels.rest_position) {
+            held.push_back(rest.cwiseAbs().maxCoeff() > 0.01 * (0.5 * (n - 1) - 0.5));
+            position.push_back(rest + gradient * rest);
+        }
+        body.input.held = held;
+        body.input.held_position = position;
+        settle(body, parallel);
+        for (std::size_t i = 0; i < body.phyxels.size(); ++i) {
+            if (held[i] != 0) continue;
+            ASSERT_LT((body.phyxels.position[i] - position[i]).norm(), 0.16 * gradient.norm() * 0.01)
+                << n << " phyxels across";
+            ASSERT_LT((body.phyxels.deformation[i] - Mat3::Identity() - gradient).norm(),
+                      0.06 * gradient.norm())
+                << n << " phyxels across";
+        }
+    }
+}
+
+}  // namespace
+}  // namespace splitcubes::meshless
