@@ -285,6 +285,48 @@ void ImplicitSolver::start_guess(const Job& job) {
         else
             vectors_.d[i] = square * vectors_.p[i];
     });
+    follow_holds(job);
+}
+
+// Moves the guess of held pieces along with their holds, whose acceleration need not go on as it was. The
+// gaps that would open at the edge of a hold are closed by a common displacement, as far as the links there
+// are stiffer than the inertia of the piece, and as the accelerations of the hold explain it. A solve from
+// strained links ends with a part of that strain.
+void ImplicitSolver::follow_holds(const Job& job) {
+    if (job.input.held.empty()) return;
+    prediction_.gaps.assign(conditions_.supported.size(), {});
+    for (std::size_t i = 0; i < job.phyxels.size(); ++i) {
+        HoldGap& gap = prediction_.gaps[piece_of(job, i)];
+        if (conditions_.held[i] == 0)
+            gap.inertia += system_.diagonal[i];
+        else
+            add_gap(job, i, gap);
+    }
+    for_phyxels(job.parallel, job.phyxels.size(), [&](std::size_t i) {
+        const HoldGap& gap = prediction_.gaps[piece_of(job, i)];
+        if (conditions_.held[i] != 0 || !(gap.stiffness > 0) || !(gap.change > 0)) return;
+        const Vec3 shift = gap.force / (gap.stiffness + gap.inertia);
+        system_.base[i] += gap.change / std::max(gap.change, shift.norm()) * shift;
+    });
+}
+
+// Adds the gaps between a held phyxel and its free neighbours.
+void ImplicitSolver::add_gap(const Job& job, std::size_t i, HoldGap& gap) const {
+    const auto displacement = [&](std::size_t k) -> Vec3 {
+        return system_.base[k] - prediction_.start_position[k];
+    };
+    const Vec3 &speed = job.phyxels.velocity[i], &last_speed = job.phyxels.previous_velocity[i];
+    const double dt = job.input.dt;
+    const double change = (displacement(i) - dt * speed).norm() + dt * (speed - last_speed).norm();
+    gap.change = std::max(gap.change, change);
+    const Neighbourhoods& links = job.neighbourhoods;
+    for (std::uint32_t l = links.links_begin(i); l < links.links_end(i); ++l) {
+        const std::uint32_t j = links.neighbour()[l];
+        if (conditions_.held[j] != 0) continue;
+        const double stiffness = links.link_coupling(l, i);
+        gap.force += stiffness * (displacement(i) - displacement(j));
+        gap.stiffness += stiffness;
+    }
 }
 
 // Takes the growth along chords out of the velocities of pieces that took backward Euler.

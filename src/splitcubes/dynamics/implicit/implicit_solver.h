@@ -84,6 +84,13 @@ class ImplicitSolver {
         const Parallel& parallel;
     };
     struct Group;
+    /// What opens at the links between held and free phyxels of a piece if these follow the guess.
+    struct HoldGap {
+        Vec3 force = Vec3::Zero();  // N, of the links
+        double stiffness = 0;       // N/m, of the links
+        double inertia = 0;         // N/m, of the free phyxels
+        double change = 0;          // m, by which accelerations of the hold move it, at most
+    };
     /// Lazily created group buffers. Copies are empty, since the buffers hold no state.
     class GroupBuffer {
       public:
@@ -126,6 +133,8 @@ class ImplicitSolver {
     void predict_phyxel(const Job& job, std::size_t i);
     void guess_acceleration(const Job& job, std::size_t i);
     void start_guess(const Job& job);
+    void follow_holds(const Job& job);
+    void add_gap(const Job& job, std::size_t i, HoldGap& gap) const;
     static bool has_high_acceleration(const Job& job, const Vec3& acceleration_less_gravity);
     void smooth_high_accelerations(const Job& job);
     double wanted_residual(const Job& job, double tolerance);
@@ -167,6 +176,7 @@ class ImplicitSolver {
         std::vector<Vec3> start_velocity;  // m/s, before the step
         // m/s^2, without gravity, before the step; of trapezoidal stages.
         std::vector<Vec3> start_acceleration;
+        std::vector<HoldGap> gaps;  // per piece, and one for phyxels without a piece
     };
     /// System in double precision, for residuals beyond single precision.
     struct ExactSystem {
