@@ -5,7 +5,9 @@
 #include <splitcubes/samples/kernel.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <vector>
 
 namespace splitcubes::meshless {
 namespace {
@@ -14,10 +16,17 @@ using fixtures::block;
 using fixtures::random_rotation;
 using fixtures::Specimen;
 
+/// Holds phyxels at positions, which must outlive the body.
+void hold(Specimen& body, const std::vector<std::uint8_t>& held, const std::vector<Vec3>& position,
+          const Parallel& parallel) {
+    body.input.held = held;
+    body.input.held_position = position;
+    body.phyxels.held = held;
+    body.neighbourhoods.update_held(body.phyxels, body.pairs, body.material, parallel);
+}
+
 /// Steps that damp all motion.
 void settle(Specimen& body, const Parallel& parallel) {
-    body.phyxels.held.assign(body.input.held.begin(), body.input.held.end());
-    body.neighbourhoods.update_held(body.phyxels, body.pairs, body.material, parallel);
     body.input.dt = 0.1;
     body.options.tolerance = 1e-9;
     body.options.max_iterations = 5000;
@@ -77,8 +86,7 @@ TEST(Clamps, TheStressBesideThemIsUniform) {
             const double moved = std::copysign(bar.strain * bar.half_span(), rest.x());
             position.push_back(bar.rotation * (rest + moved * Vec3::UnitX()));
         }
-        body.input.held = held;
-        body.input.held_position = position;
+        hold(body, held, position, parallel);
         body.move([&](const Vec3& x) -> Vec3 { return bar.rotation * x; },
                   [](const Vec3&) -> Vec3 { return Vec3::Zero(); });
         settle(body, parallel);
@@ -107,8 +115,7 @@ TEST(Clamps, LinearFieldsOfAHeldSurfaceReachTheInside) {
             held.push_back(rest.cwiseAbs().maxCoeff() > 0.01 * (0.5 * (n - 1) - 0.5));
             position.push_back(rest + gradient * rest);
         }
-        body.input.held = held;
-        body.input.held_position = position;
+        hold(body, held, position, parallel);
         settle(body, parallel);
         for (std::size_t i = 0; i < body.phyxels.size(); ++i) {
             if (held[i] != 0) continue;
@@ -140,11 +147,8 @@ TEST(Clamps, StepsOfShakenStiffBodiesAreHardlyEverRepeated) {
         body.input.dt = 1.0 / 60;
         std::vector<std::uint8_t> held;
         for (const Vec3& rest : body.phyxels.rest_position) held.push_back(rest.x() > 0.025);
-        body.phyxels.held = held;
-        body.neighbourhoods.update_held(body.phyxels, body.pairs, material, parallel);
         std::vector<Vec3> position = body.phyxels.rest_position;
-        body.input.held = held;
-        body.input.held_position = position;
+        hold(body, held, position, parallel);
         body.input.gravity = Vec3(0, 0, -9.81);
         Vec3 velocity = Vec3::Zero();  // m/s
         double mass = 0;

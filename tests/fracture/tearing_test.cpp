@@ -27,6 +27,18 @@ TearSettings of_strength(double strength, double propagation_ratio = 0.6, double
     return out;
 }
 
+// Holds both ends of a bar along x, from `edge` m outwards, and pulls them outwards at `rate` m/s.
+void pull_ends(Body& body, double edge, double rate) {
+    for (const double side : {-1.0, 1.0}) {
+        HoldConstraint hold;
+        hold.region = [side, edge](const Vec3& rest) { return side * rest[0] >= edge; };
+        hold.motion = [side, rate](double time) {
+            return Isometry(Eigen::Translation3d(side * rate * time, 0, 0));
+        };
+        body.add_constraint(hold);
+    }
+}
+
 // Bar along x, both ends of which are pulled outwards at `rate` m/s.
 struct PulledBar {
     PulledBar(double cell_size, int phyxels, const TearSettings& tearing, double rate = 0.03,
@@ -37,16 +49,7 @@ struct PulledBar {
         settings.material.mass_damping = 2;
         settings.tearing = tearing;
         body = &world->add_body(geometry::make_box(size), settings);
-        for (const double side : {-1.0, 1.0}) {
-            HoldConstraint hold;
-            hold.region = [side, end = 0.5 * size[0] - 0.02](const Vec3& rest) {
-                return side * rest[0] >= end;
-            };
-            hold.motion = [side, rate](double time) {
-                return Isometry(Eigen::Translation3d(side * rate * time, 0, 0));
-            };
-            body->add_constraint(hold);
-        }
+        pull_ends(*body, 0.5 * size[0] - 0.02, rate);
     }
     // Steps until the first edge tears and returns the number of steps; max_steps + 1 if none tears.
     int run_until_torn(int max_steps) {
@@ -125,16 +128,7 @@ TEST(Tearing, AClampedBarTearsAtItsStrength) {
         const double length = free_length + (2 * layers - 1) * spacing;
         Body& body = world.add_body(geometry::make_box(Vec3(length, across, across)), settings);
         const double rate = strain * free_length / 2 / 0.8;  // m/s, of each end
-        for (const double side : {-1.0, 1.0}) {
-            HoldConstraint hold;
-            hold.region = [side, edge = 0.5 * length - layers * spacing](const Vec3& rest) {
-                return side * rest[0] > edge;
-            };
-            hold.motion = [side, rate](double time) {
-                return Isometry(Eigen::Translation3d(side * rate * time, 0, 0));
-            };
-            body.add_constraint(hold);
-        }
+        pull_ends(body, 0.5 * length - layers * spacing, rate);
         double torn_at = 0;
         for (int step = 0; step < 200 && torn_at == 0; ++step)
             if (world.step().counts.torn_edges > 0) torn_at = 2 * rate * world.time() / free_length;

@@ -195,7 +195,7 @@ body::BodySettings sagging(double modulus) {
     return block;
 }
 
-// What is held behind the edge of a hold is not strained, and is once the hold lets go.
+// Material behind the edge of a hold is not strained; it is once the hold lets go.
 TEST(Energy, HoldsThatLetGoAddNone) {
     Random random(5);
     for (int trial = 0; trial < 12; ++trial) {

@@ -153,19 +153,14 @@ std::uint32_t Neighbourhoods::add_link(const Phyxels& phyxels, std::uint32_t i, 
 void Neighbourhoods::add_pairs(const Phyxels& phyxels, const Pairs& pairs) {
     const std::size_t known = size();
     add_rows(phyxels);
-    const auto mark = [&](std::uint32_t i) {
-        if (scratch_.mark[i] != 0) return;
-        scratch_.mark[i] = 1;
-        scratch_.rows.push_back(i);
-    };
-    for (auto i = static_cast<std::uint32_t>(known); i < phyxels.size(); ++i) mark(i);
+    for (auto i = static_cast<std::uint32_t>(known); i < phyxels.size(); ++i) mark_row(i);
     for (auto p = static_cast<std::uint32_t>(pair_count_); p < pairs.size(); ++p) {
         const std::uint32_t a = pairs.a[p], b = pairs.b[p];
         const std::uint32_t forward = add_link(phyxels, a, b, p), back = add_link(phyxels, b, a, p);
         links_.reverse[forward] = back;
         links_.reverse[back] = forward;
-        mark(a);
-        mark(b);
+        mark_row(a);
+        mark_row(b);
     }
     pair_count_ = pairs.size();
 }

@@ -21,9 +21,9 @@ double mean_modulus(const Material& material) {
 
 }  // namespace
 
-// Where a phyxel is held, what lies behind it moves with the hold and is not strained. If links into it
-// counted, the fit would see half of the strain before it. So the row of a held phyxel keeps its links to
-// free phyxels and those beside it, and counts the share of its volume that is not behind.
+// Material behind a held phyxel moves with the hold and is not strained. If links into it counted, the fit
+// would see half of the strain in front. So the row of a held phyxel keeps its links to free phyxels and to
+// those beside it, and counts the share of its volume that is not behind.
 void Neighbourhoods::face_free_side(std::size_t i) {
     rows_.free_share[i] = 1;
     if (rows_.held[i] == 0) return;
@@ -229,14 +229,19 @@ void Neighbourhoods::add_ring() {
         }
 }
 
+// Marks a row in scratch_ and lists it, unless it is marked.
+void Neighbourhoods::mark_row(std::uint32_t i) {
+    if (scratch_.mark[i] == 1) return;
+    scratch_.mark[i] = 1;
+    scratch_.rows.push_back(i);
+}
+
 // Marks the rows of pairs in scratch_, besides those that are marked.
 void Neighbourhoods::mark_rows(const Pairs& pairs, std::span<const std::uint32_t> changed_pairs) {
-    for (const std::uint32_t pair : changed_pairs)
-        for (const std::uint32_t i : {pairs.a[pair], pairs.b[pair]}) {
-            if (scratch_.mark[i] == 1) continue;
-            scratch_.mark[i] = 1;
-            scratch_.rows.push_back(i);
-        }
+    for (const std::uint32_t pair : changed_pairs) {
+        mark_row(pairs.a[pair]);
+        mark_row(pairs.b[pair]);
+    }
 }
 
 // Computes the marked rows again, and what their neighbours hold of them.
@@ -261,8 +266,7 @@ bool Neighbourhoods::update_held(const Phyxels& phyxels, const Pairs& pairs, con
     for (std::uint32_t i = 0; i < size(); ++i) {
         if (rows_.held[i] == phyxels.held[i]) continue;
         rows_.held[i] = phyxels.held[i];
-        scratch_.rows.push_back(i);
-        scratch_.mark[i] = 1;
+        mark_row(i);
     }
     if (scratch_.rows.empty()) return false;
     const std::size_t changed = scratch_.rows.size();
@@ -270,9 +274,7 @@ bool Neighbourhoods::update_held(const Phyxels& phyxels, const Pairs& pairs, con
         const LinkRange& range = range_[scratch_.rows[k]];
         for (std::uint32_t l = range.begin; l < range.end; ++l) {
             const std::uint32_t j = links_.neighbour[l];
-            if (rows_.held[j] == 0 || scratch_.mark[j] == 1) continue;
-            scratch_.mark[j] = 1;
-            scratch_.rows.push_back(j);
+            if (rows_.held[j] != 0) mark_row(j);
         }
     }
     revision_ = next_revision();

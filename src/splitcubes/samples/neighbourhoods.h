@@ -177,7 +177,7 @@ class Neighbourhoods {
         std::vector<double> base_trace;    // trace of the moment before any cut, 1/m
         std::vector<double> penalty;       // c_i, N m^2
         std::vector<double> whole_volume;  // m^3, of the phyxel
-        std::vector<double> free_share;    // of it, 0 to 1: what is not on the far side of a hold
+        std::vector<double> free_share;    // of it, 0.5 to 1: the part that is not behind a held phyxel
         std::vector<double> volume;        // m^3, their product
         std::vector<std::uint8_t> held;
         std::vector<double> diagonal;  // N/m
@@ -204,6 +204,7 @@ class Neighbourhoods {
     std::uint32_t add_link(const Phyxels& phyxels, std::uint32_t i, std::uint32_t j, std::uint32_t pair);
     void add_pairs(const Phyxels& phyxels, const Pairs& pairs);
     void rebuild_slices(const Phyxels& phyxels, std::size_t old_size);
+    void mark_row(std::uint32_t i);
     void mark_rows(const Pairs& pairs, std::span<const std::uint32_t> changed_pairs);
     void update_rows(const Pairs& pairs, const Material& material, const Parallel& parallel);
     void write_links(std::size_t i);

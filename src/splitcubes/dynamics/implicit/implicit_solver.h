@@ -84,7 +84,7 @@ class ImplicitSolver {
         const Parallel& parallel;
     };
     struct Group;
-    /// What opens at the links between held and free phyxels of a piece if these follow the guess.
+    /// The gap that opens between held and free phyxels of a piece if these follow the guess.
     struct HoldGap {
         Vec3 force = Vec3::Zero();  // N, of the links
         double stiffness = 0;       // N/m, of the links
