@@ -228,7 +228,8 @@ void World::save(StateWriter& writer) const {
         writer.add(cached.key);
         for (const Vec3* vector : {&cached.tangential_displacement, &cached.force})
             write_numbers(writer, *vector);
-        for (const double number : {cached.normal_force, cached.stiffness, cached.rest_gap, cached.energy})
+        for (const double number : {cached.normal_force, cached.stiffness, cached.rest_gap, cached.gap,
+                                    cached.drift, cached.energy})
             writer.add(number);
     }
     restitution_->save(writer);
@@ -247,10 +248,12 @@ void World::load(StateReader& reader) {
         cached.key = reader.number<std::uint64_t>();
         for (Vec3* vector : {&cached.tangential_displacement, &cached.force})
             read_numbers(reader, *vector, "a contact with an invalid force");
-        for (double* number : {&cached.normal_force, &cached.stiffness, &cached.rest_gap, &cached.energy})
+        for (double* number : {&cached.normal_force, &cached.stiffness, &cached.rest_gap, &cached.gap,
+                               &cached.drift, &cached.energy})
             *number = reader.number<double>(-largest_state_number, largest_state_number,
                                             "a contact with an invalid force");
-        require_state(cached.normal_force >= 0 && cached.stiffness >= 0 && cached.rest_gap <= 0,
+        require_state(cached.normal_force >= 0 && cached.stiffness >= 0 && cached.rest_gap <= cached.drift &&
+                          cached.drift <= 0,
                       "a contact with a negative normal force");
     }
     const auto by_key = [](const meshless::CachedContact& a, const meshless::CachedContact& b) {
@@ -281,6 +284,8 @@ StateHash World::state_hash() const {
         hash.add(cached.normal_force);
         hash.add(cached.stiffness);
         hash.add(cached.rest_gap);
+        hash.add(cached.gap);
+        hash.add(cached.drift);
         hash.add(cached.energy);
         hash.add(std::span<const double>(cached.force.data(), 3));
     }

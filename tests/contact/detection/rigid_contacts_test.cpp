@@ -108,7 +108,8 @@ TEST(RigidContacts, FragmentsDoNotSinkIntoASoftBody) {
     int resting = 0;
     for (std::size_t k = 0; k < before.size(); ++k) {
         const meshless::RigidPiece& now = body.phyxels().rigid.bodies[k];
-        if (before[k].centre.head<2>().cwiseAbs().maxCoeff() > 0.025) continue;  // may slide off
+        // Those beside the edge may slide off.
+        if (before[k].centre.head<2>().cwiseAbs().maxCoeff() > 0.02) continue;
         EXPECT_GT(now.centre.z(), before[k].centre.z() - 0.0005);
         ++resting;
     }

@@ -32,21 +32,12 @@ void ColliderOverlaps::take_poses(const Task& task) {
     for (const Collider& collider : task.colliders) poses_.emplace_back(collider, task.time, task.dt);
 }
 
-// Lists the vertices near colliders, ascending. kept: depths that vertices may have; others may have
-// allowed_depth.
-void ColliderOverlaps::list_near(const Task& task, std::size_t index, Time time, std::span<const Depth> kept,
-                                 const Parallel& parallel) {
+// Lists the vertices near colliders, ascending.
+void ColliderOverlaps::list_near(const Task& task, std::size_t index, Time time, const Parallel& parallel) {
     const BodyView& body = task.bodies[index];
     const std::span<const Vec3> positions = body.surface_motion.positions();
     const std::vector<splitting::SurfaceVertex>& vertices = body.surface.vertices();
     const double margin = tuning::overlaps::near_share * body.spacing;
-    const auto depth_of = [&](std::uint32_t vertex) {
-        const auto found = std::lower_bound(kept.begin(), kept.end(), vertex,
-                                            [](const Depth& a, std::uint32_t v) { return a.vertex < v; });
-        const bool is_kept = found != kept.end() && found->vertex == vertex;
-        const double most = tuning::overlaps::max_kept_share * body.spacing;
-        return is_kept ? std::clamp(found->depth, allowed_depth(body), most) : allowed_depth(body);
-    };
     found_.resize((positions.size() + grain - 1) / grain);
     const auto list = [&](std::size_t begin, std::size_t stop) {
         std::vector<Near>& found = found_[begin / grain];
@@ -68,8 +59,7 @@ void ColliderOverlaps::list_near(const Task& task, std::size_t index, Time time,
                 const std::int32_t piece =
                     body.pieces.piece_of(body.grid, body.surface.influence(vertices[v]));
                 const auto vertex = static_cast<std::uint32_t>(v);
-                const double allowed = depth > 0 ? depth_of(vertex) : allowed_depth(body);
-                found.push_back({piece, vertex, positions[v], depth, allowed});
+                found.push_back({piece, vertex, positions[v], depth, allowed_depth(body)});
             }
         }
     };
@@ -77,6 +67,23 @@ void ColliderOverlaps::list_near(const Task& task, std::size_t index, Time time,
     parallel.for_chunks(positions.size(), grain, std::cref(list));
     near_.clear();
     for (const std::vector<Near>& found : found_) near_.insert(near_.end(), found.begin(), found.end());
+}
+
+// Lets vertices of elastic pieces be as deep as the means of phyxels, on which contact forces act, leave
+// single ones; others as deep as they were at the start of the step.
+void ColliderOverlaps::allow_depths(const BodyView& body, std::span<const Depth> kept) {
+    const double most = tuning::overlaps::max_kept_share * body.spacing;
+    for (Near& near : near_) {
+        if (body.phyxels.rigid.index(near.piece) < 0) {
+            near.allowed = most;
+            continue;
+        }
+        if (!near.is_deep()) continue;
+        const auto found = std::lower_bound(kept.begin(), kept.end(), near.vertex,
+                                            [](const Depth& a, std::uint32_t v) { return a.vertex < v; });
+        if (found != kept.end() && found->vertex == near.vertex)
+            near.allowed = std::clamp(found->depth, near.allowed, most);
+    }
 }
 
 // Keeps the vertices of pieces with one that is too deep, sorted by piece.
@@ -96,7 +103,7 @@ void ColliderOverlaps::begin(const Task& task, const Parallel& parallel) {
     take_poses(task);
     for (std::size_t b = 0; b < task.bodies.size(); ++b) {
         if (task.bodies[b].is_lattice_driven) continue;
-        list_near(task, b, Time::start, {}, parallel);
+        list_near(task, b, Time::start, parallel);
         for (const Near& near : near_)
             if (near.is_deep()) depths_[b].push_back({near.vertex, near.depth});
         // Contact search has not seen the vertices of changed cells: nothing holds them in this step.
@@ -118,7 +125,7 @@ std::span<const ColliderOverlaps::Drawn> ColliderOverlaps::drawn(const Task& tas
     const BodyView& body = task.bodies[index];
     if (task.colliders.empty() || body.is_lattice_driven) return drawn_;
     take_poses(task);
-    list_near(task, index, Time::end, {}, parallel);
+    list_near(task, index, Time::end, parallel);
     for (const Near& near : near_) {
         if (!near.is_deep()) continue;
         Vec3 position = near.point;
@@ -288,9 +295,10 @@ ColliderOverlaps::Outcome ColliderOverlaps::undo(const Task& task, const Paralle
     for (std::size_t b = 0; b < task.bodies.size(); ++b) {
         const BodyView& body = task.bodies[b];
         if (body.is_lattice_driven) continue;
-        list_near(task, b, Time::end, depths_[b], parallel);
-        found_deep_[b] = std::any_of(near_.begin(), near_.end(),
-                                     [&](const Near& near) { return near.depth > allowed_depth(body); });
+        list_near(task, b, Time::end, parallel);
+        found_deep_[b] =
+            std::any_of(near_.begin(), near_.end(), [](const Near& near) { return near.is_deep(); });
+        allow_depths(body, depths_[b]);
         keep_deep_pieces(body);
         if (near_.empty()) continue;
         const std::vector<std::uint8_t> held = held_pieces(body);

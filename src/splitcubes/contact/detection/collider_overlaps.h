@@ -15,15 +15,17 @@
 
 namespace splitcubes::body {
 
-/// Lifts pieces out of colliders. Contact forces act on means of phyxels, end before they have converged, and
-/// a piece can lose its strain as it comes off, so vertices may end up deeper in a collider than these forces
-/// allow. Such a piece is translated until its deepest vertex is at that depth, and stopped there by
-/// inelastic impulses with Coulomb friction on its rigid motion. Pieces that are held in part stay.
+/// Lifts pieces out of colliders where contact forces fail: they end before they have converged, and a piece
+/// can lose its strain as it comes off. Such a piece is translated until its deepest vertex is at the depth
+/// that is allowed, and stopped there by inelastic impulses with Coulomb friction on its rigid motion. Pieces
+/// that are held in part stay.
 ///
-/// Only what moved in the step is lifted. A cut makes vertices, and fits the motion of those nearby to fewer
-/// phyxels, so some begin the step inside a collider: lifting the piece for them would cost energy that
-/// nothing put in. They may stay as deep as they began, until contact forces have pushed them out, and are
-/// drawn at the depth that is allowed.
+/// Contact forces act on means of phyxels. In strained material single vertices move by a part of the spacing
+/// farther, and lifting the whole piece for them would add energy. So vertices of elastic pieces may be as
+/// deep as that, and are drawn at the depth that is allowed.
+///
+/// Of rigid pieces only what moved in the step is lifted. A cut makes vertices, so some begin the step inside
+/// a collider. They may stay as deep as they began, until contact forces have pushed them out.
 ///
 /// Kinetic energy never increases, except by moving colliders. There is no state between steps.
 class ColliderOverlaps {
@@ -91,8 +93,8 @@ class ColliderOverlaps {
         Vec3 velocity = Vec3::Zero();          // m/s
         Vec3 angular_velocity = Vec3::Zero();  // rad/s
     };
-    void list_near(const Task& task, std::size_t body, Time time, std::span<const Depth> kept,
-                   const Parallel& parallel);
+    void list_near(const Task& task, std::size_t body, Time time, const Parallel& parallel);
+    void allow_depths(const BodyView& body, std::span<const Depth> kept);
     void take_poses(const Task& task);
     void keep_deep_pieces(const BodyView& body);
     Vec3 lift_of(const Task& task, std::span<const Near> near, double spacing) const;

@@ -214,6 +214,13 @@ double Restitution::parting_speed(const Hit& hit) const {
     return hit.unit_normal().dot(parting_velocity(hit));
 }
 
+// Returns the energy, J, of sides that part at a speed, m/s.
+double Restitution::parting_energy(const Hit& hit, double speed) const {
+    const Vec3 normal = hit.unit_normal();
+    const double mobility = normal.dot(velocity_change(hit, normal));  // 1/kg
+    return mobility > 0 ? 0.5 * speed * speed / mobility : 0;
+}
+
 // Returns the elastic energy of the pieces of a hit, J.
 double Restitution::strain(const Hit& hit) const {
     double sum = 0;
@@ -253,6 +260,9 @@ void Restitution::open(const HitTask& task, Hit& hit) {
     const double wanted = least > 0 ? task.coefficient * met * std::sqrt(1 + missing / least) : 0;
     const bool is_weak = strained < tuning::restitution::weak_share * least;
     const bool slows = speed <= hit.last_speed + tuning::restitution::rising_share * met;
+    // In the step in which it parts, a piece would rise with what it has in excess.
+    const double excess = parting_energy(hit, speed) - parting_energy(hit, wanted);
+    if (speed > wanted && strained < tuning::restitution::weak_share * excess) set_speed(hit, wanted, false);
     if (!is_weak && !slows) return;
     if (speed < wanted) set_speed(hit, wanted, false);
     // Nothing that pushes is left: the hit is over.

@@ -25,7 +25,7 @@ namespace splitcubes::body {
 /// over its contacts, weighted by their impulses; speeds are those of the rigid motions at this point, for a
 /// ball those of its centre of mass. What the sides lack in speed an impulse at the point gives: once, when
 /// strain no longer pushes them apart, and when they part. What they have in excess an impulse takes when
-/// they part. An impulse that gives has friction.
+/// they part, or once strain holds little of it. An impulse that gives has friction.
 ///
 /// An impulse gives no more energy than the pieces of the hit lost in it (Hit::held) and vibrate with when
 /// they part. Between pieces it conserves both momenta. Hits as slow as what gravity does in a few steps have
@@ -75,6 +75,7 @@ class Restitution {
     Vec3 velocity_change(const Hit& hit, const Vec3& impulse) const;
     Vec3 parting_velocity(const Hit& hit) const;
     double parting_speed(const Hit& hit) const;
+    double parting_energy(const Hit& hit, double speed) const;
     double strain(const Hit& hit) const;
     double climb(const HitTask& task, const Hit& hit) const;
     bool advance(const HitTask& task, Hit& hit, const PairInStep* pair);

@@ -229,12 +229,13 @@ inline constexpr int stagnation_check_interval = 10;
 /// spacings.
 namespace overlaps {
 
-/// Depth of a vertex, 0.04 to 0.1, from which its piece is lifted. Larger lets pieces sink in where contact
-/// forces fail; smaller takes their place.
+/// Depth, 0.04 to 0.1, at which vertices are drawn that lie deeper, and from which rigid pieces are lifted.
+/// Larger lets these sink in where contact forces fail; smaller takes their place.
 inline constexpr double allowed_share = 0.048;
-/// Depth up to which a vertex that a cut made or moved stays in a collider, 0.1 to 0.5. Larger hides more of
-/// what is in there; smaller lifts pieces for nothing that moved, which costs energy.
-inline constexpr double max_kept_share = 0.25;
+/// Depth up to which a vertex of an elastic piece, or one that a cut made or moved, stays in a collider, 0.1
+/// to 0.5. Larger hides more of what is in there; smaller lifts pieces for nothing that moved, which adds
+/// energy.
+inline constexpr double max_kept_share = 0.4;
 /// Depth up to which a vertex is drawn elsewhere than its motion takes it, above max_kept_share, to 2. Larger
 /// hides pieces that are held in a collider; smaller draws them inside.
 inline constexpr double max_drawn_share = 0.5;
@@ -268,8 +269,9 @@ inline constexpr double stopped_share = 0.25;
 /// Share of the approach speed, 0 to 0.01, by which the speed of parting grows in a step while strain pushes.
 /// Larger gives the impulse while it still does; smaller waits where it hardly does.
 inline constexpr double rising_share = 0.002;
-/// Share of the energy of the rebound, 0 to 0.5. Where the strain has less, the impulse is given at once.
-/// Larger ends hits sooner than their strain does; smaller lets stiff bodies stay for another step.
+/// Share of the energy of the rebound, or of what is in excess of it, 0 to 0.5. Where the strain has less,
+/// the impulse is given at once. Larger ends hits sooner than their strain does; smaller lets stiff bodies
+/// stay, or rise, for another step.
 inline constexpr double weak_share = 0.1;
 /// Spacings, 0 to 2: offset of a hit on a collider from the centre of mass that counts as none. Contacts are
 /// about a spacing apart. Larger leaves hits off the centre without spin; smaller turns what a solve leaves

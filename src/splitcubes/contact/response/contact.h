@@ -3,6 +3,7 @@
 
 #include <splitcubes/math/types.h>
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -53,12 +54,20 @@ struct CachedContact {
     Vec3 force = Vec3::Zero();  // N, world, on the upper side
     double stiffness = 0;       // N/m, of the contact spring; 0 if there is none
     double rest_gap = 0;        // m, gap above which no force acts, <= 0
+    double gap = 0;             // m, at the end of the step
+    double drift = 0;           // m, part of the rest gap by which gaps were found deeper than left, <= 0
     double energy = 0;  // J, of the spring at the start of the step, minus the work it did in the step
+
+    // A collider can be found nearer or farther than the contact was left, as the drawn surface does not move
+    // as the means of phyxels on which forces act. The rest gap follows: taken for compression, the
+    // difference would do work that nothing put in.
+    double rest_gap_at(double found) const { return std::min(0.0, rest_gap + (found - gap)); }
+    double drift_at(double found) const { return std::clamp(drift + (found - gap), rest_gap_at(found), 0.0); }
 
     /// For checkpoints.
     template <class Archive>
     void serialize(Archive& archive) {
-        archive(key, tangential_displacement, normal_force, force, stiffness, rest_gap, energy);
+        archive(key, tangential_displacement, normal_force, force, stiffness, rest_gap, gap, drift, energy);
     }
 };
 

@@ -122,11 +122,15 @@ ContactForces::ContactRow ContactForces::make_row(std::uint32_t index, const Cac
         row.normal_force = cached->normal_force;
         row.last_force = cached->force;
         row.rest_gap = cached->rest_gap;
-        if (!contact.lower.is_collider() && cached->stiffness > 0) {
-            // The gap jumped because another face is nearest now; that is no compressed spring either.
-            const double previous_gap = cached->rest_gap - cached->normal_force / cached->stiffness;
-            row.rest_gap += std::min(
-                0.0, contact.gap - previous_gap + tuning::contact::jump_share * contact.max_depenetration);
+        if (cached->stiffness > 0) {
+            if (contact.lower.is_collider()) {
+                row.rest_gap = cached->rest_gap_at(contact.gap);
+                row.drift = cached->drift_at(contact.gap);
+            } else {
+                // Another face is nearest now; that is no compressed spring either.
+                row.rest_gap += std::min(
+                    0.0, contact.gap - cached->gap + tuning::contact::jump_share * contact.max_depenetration);
+            }
         }
         // Stiffening a loaded spring would create energy. Where that is needed, the spring keeps its force
         // with a shorter stretch.
@@ -160,8 +164,8 @@ ContactForces::ContactRow ContactForces::make_row(std::uint32_t index, const Cac
         if (stretch > limit) row.tangent *= limit / stretch;
     }
     if (row.normal_force > 0)
-        row.depenetration =
-            std::min(tuning::contact::depenetration_share * contact.max_depenetration, -row.rest_gap);
+        row.depenetration = std::min(tuning::contact::depenetration_share * contact.max_depenetration,
+                                     row.drift - row.rest_gap);
     sums.depenetration += row.depenetration;
     if (cached && !contact.lower.is_collider()) {
         const double held = spring_energy(row, contact.gap, row.tangential_displacement);
@@ -541,7 +545,8 @@ ContactForces::Ended ContactForces::end_row(ContactRow& row, ConstField position
     const double remaining_energy =
         spring_energy(row, contact.gap, row.tangential_displacement) - row.force.dot(displacement);
     return {{contact.key, kept_share * tangential_displacement, contact.normal.dot(row.force), row.force,
-             row.normal, row.rest_gap, remaining_energy},
+             row.normal, row.rest_gap, contact.gap + contact.normal.dot(displacement), row.drift,
+             remaining_energy},
             spring_energy(row, contact.gap + contact.normal.dot(displacement),
                           kept_share * tangential_displacement)};
 }

@@ -120,13 +120,18 @@ void ContactImpulses::make_spring(ImpulseRow& row) const {
 // Continues a contact of the last step.
 void ContactImpulses::continue_row(ImpulseRow& row, const CachedContact& cached) const {
     const Contact& contact = input_.contacts[row.contact];
-    row.rest_gap = cached.rest_gap;
-    // A gap that jumped because another face is nearest now is no compressed spring.
-    const double left = cached.stiffness > 0 ? cached.normal_force / cached.stiffness : 0;
-    row.rest_gap = std::min(row.rest_gap, std::max(contact.gap + left, contact.gap));
+    if (contact.lower.is_collider()) {
+        row.rest_gap = cached.rest_gap_at(contact.gap);
+        row.drift = cached.drift_at(contact.gap);
+    } else {
+        // A gap that jumped because another face is nearest now is no compressed spring.
+        const double left = cached.stiffness > 0 ? cached.normal_force / cached.stiffness : 0;
+        row.rest_gap = std::min(cached.rest_gap, std::max(contact.gap + left, contact.gap));
+    }
     // Stiffening a loaded spring would create energy.
     if (cached.stiffness > 0) row.stiffness = std::min(row.stiffness, cached.stiffness);
-    row.lift = std::min(tuning::contact::depenetration_share * contact.max_depenetration, -row.rest_gap);
+    row.lift =
+        std::min(tuning::contact::depenetration_share * contact.max_depenetration, row.drift - row.rest_gap);
     // The impulses of the last step are the first guess.
     const double force = std::max(0.0, contact.normal.dot(cached.force));
     row.push = dt_ * force;
@@ -238,16 +243,15 @@ void ContactImpulses::stop(ConstField position, Field velocity, double duration)
     if (rows_.empty()) return;
     constexpr double never = std::numeric_limits<double>::max();
     for (ImpulseRow& row : rows_) {
-        const double gap = gap_of(row, position, 1);
+        row.gap = gap_of(row, position, 1);
         row.rest_gap = row.lifted_gap;
-        row.overlap = std::max(0.0, row.rest_gap - gap);
         const double limit = tuning::impulses::max_overlap * input_.contacts[row.contact].max_depenetration;
-        row.spring = duration * row.stiffness * row.overlap;
-        row.resistance = row.overlap > 0 ? duration * row.damping : 0;
+        row.spring = duration * row.stiffness * row.overlap();
+        row.resistance = row.overlap() > 0 ? duration * row.damping : 0;
         row.closing_speed = 0;
         // A contact at its limit stops; others yield.
         row.limit_speed =
-            row.push > 0 && row.overlap >= (1 - tuning::impulses::limit_slack) * limit ? 0 : never;
+            row.push > 0 && row.overlap() >= (1 - tuning::impulses::limit_slack) * limit ? 0 : never;
     }
     solve(velocity, duration / last_duration_);
     add_up();
@@ -261,10 +265,12 @@ void ContactImpulses::finish(std::span<const std::span<std::uint8_t>> touching) 
         const Vec3 force = row.impulse / dt_;
         CachedContact cached;
         cached.key = contact.key;
-        cached.normal_force = row.stiffness * row.overlap;
+        cached.normal_force = row.stiffness * row.overlap();
         cached.stiffness = row.stiffness;
         cached.force = force;
         cached.rest_gap = row.rest_gap;
+        cached.gap = row.gap;
+        cached.drift = row.drift;
         cached.energy = row.taken;
         next_.push_back(cached);
         for (const ContactSide* side : {&contact.upper, &contact.lower})

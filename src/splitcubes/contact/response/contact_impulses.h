@@ -4,6 +4,7 @@
 #include <splitcubes/contact/response/contact.h>
 #include <splitcubes/contact/response/contact_forces.h>
 
+#include <algorithm>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -19,9 +20,10 @@ namespace splitcubes::meshless {
 /// Without the damper an undamped body would vibrate on its support for ever: it slides whenever it swings
 /// up, although it would stick at rest.
 ///
-/// The overlap is measured from the rest gap: zero, or the overlap at which a contact was first found. It is
-/// lifted by a little in each step: freely on colliders; between bodies by what the impulses of the last
-/// step took.
+/// The overlap is measured from the rest gap: zero, or the overlap at which a contact was first found, which
+/// is lifted by a little in each step: freely on colliders; between bodies by what the impulses of the last
+/// step took. On colliders the rest gap follows what is found deeper than it was left
+/// (CachedContact::rest_gap_at).
 class ContactImpulses {
   public:
     struct Part {
@@ -60,8 +62,9 @@ class ContactImpulses {
         double mass = 0;                       // kg, inverse mobility of the relative motion
         double stiffness = 0, damping = 0;     // N/m, N s/m
         double rest_gap = 0, lift = 0;         // m; m, by which the rest gap rises within the step
-        double lifted_gap = 0;                 // m, the rest gap in the last substep
-        double overlap = 0;                    // m, below the rest gap
+        double gap = 0, drift = 0;             // m, at the end of the step; CachedContact::drift
+        double overlap() const { return std::max(0.0, rest_gap - gap); }
+        double lifted_gap = 0;  // m, the rest gap in the last substep
         // Of a substep: the impulse of the spring without motion, N s; that of spring and damper per speed,
         // kg; the speeds at which the contact closes and at which its overlap reaches the limit, m/s.
         double spring = 0, resistance = 0, closing_speed = 0, limit_speed = 0;
