@@ -4,6 +4,7 @@
 #include <splitcubes/contact/detection/body_view.h>
 #include <splitcubes/contact/detection/collider.h>
 #include <splitcubes/contact/detection/contact_sides.h>
+#include <splitcubes/contact/detection/piece_turns.h>
 #include <splitcubes/contact/detection/quiet_motion.h>
 #include <splitcubes/contact/detection/sample_grid.h>
 #include <splitcubes/contact/detection/vertex_contacts.h>
@@ -268,6 +269,8 @@ class ContactFinder {
                    const SearchRange& range, Chunk& chunk);
     bool meet(const Task& task, std::size_t entry, const SearchRange& range, Chunk& chunk,
               meshless::Contact& out);
+    Vec3 turned(const Task& task, const Sample& upper, const Sample& lower,
+                const meshless::Contact& contact) const;
     bool set_lower_side(const Task& task, const Vec3& foot, double total, std::size_t partner, Chunk& chunk,
                         meshless::Contact& out) const;
     bool is_covered_by_opposite(const Task& task, std::size_t k) const;
@@ -343,6 +346,7 @@ class ContactFinder {
     std::uint32_t last_serial_ = 0;  // last serial number of a sample
     Placement placement_;
     MotionBounds bounds_;
+    PieceTurns turns_;
     std::vector<SampleGrid::Motion> motions_;  // per sample that the grid keeps
     SampleGrid grid_, clear_grid_;
     QuietMotion quiet_;

@@ -255,7 +255,25 @@ bool ContactFinder::meet(const Task& task, std::size_t entry, const SearchRange&
     out.friction = task.options.friction;
     out.max_depenetration =
         tuning::contacts::depenetration_share * std::min(spacing_of(sample), spacing_of(partner));
-    return set_lower_side(task, position - distance * normal, total, grid_.index(chosen->entry), chunk, out);
+    if (!set_lower_side(task, position - distance * normal, total, grid_.index(chosen->entry), chunk, out))
+        return false;
+    out.turn_displacement = turned(task, sample, partner, out);
+    return true;
+}
+
+// Returns how much the vector between the means of phyxels of a contact changes in the step as the two pieces
+// rotate together.
+Vec3 ContactFinder::turned(const Task& task, const Sample& upper, const Sample& lower,
+                           const Contact& contact) const {
+    Vec3 between = Vec3::Zero();
+    for (const meshless::ContactSide* side : {&contact.upper, &contact.lower}) {
+        const Sample& sample = side == &contact.upper ? upper : lower;
+        meshless::ContactSide own = *side;
+        own.part = 0;
+        const std::array<std::span<const Vec3>, 1> position = {task.bodies[sample.body].phyxels.position};
+        between += (side == &contact.upper ? 1 : -1) * meshless::side_value(own, position);
+    }
+    return turns_.change({upper.body, upper.piece}, {lower.body, lower.piece}, between);
 }
 
 // Sets the lower side of the contact to the foot of the sample on the face, so that the change of the
@@ -329,6 +347,7 @@ void ContactFinder::place_exactly(const Task& task, std::span<const std::uint32_
 
 void ContactFinder::meet_pieces(const Task& task, const Parallel& parallel) {
     if (list_.samples.empty()) return;
+    turns_.measure(task.bodies, task.dt, parallel);
     const SearchRange range = search_range(task);
     const auto place_kept = [&](std::span<const std::uint32_t> kept) { place_exactly(task, kept, parallel); };
     grid_.build(placement_.position, placement_.normal, motions_, placement_.owner,

@@ -31,8 +31,11 @@ struct Contact {
     Vec3 normal = Vec3::UnitZ();  // unit, world, from the lower to the upper side
     double gap = 0;  // m, separation along the normal at the start of the step; negative: overlap
     Vec3 surface_displacement = Vec3::Zero();  // m, motion of the collider's point in the step
-    double friction = 0;                       // Coulomb coefficient, >= 0
-    double max_depenetration = 0;              // m, maximum initial overlap removed in a step, > 0
+    // m, by which the vector from the lower to the upper mean of phyxels changes in the step as both sides
+    // rotate together; no relative motion.
+    Vec3 turn_displacement = Vec3::Zero();
+    double friction = 0;           // Coulomb coefficient, >= 0
+    double max_depenetration = 0;  // m, maximum initial overlap removed in a step, > 0
 };
 
 /// Spring that pulls a phyxel towards a target. The summed force of one handle's springs is capped at the

@@ -61,7 +61,7 @@ void find_impacts(const ContactInput& input, ConstField velocity, double dt, con
             if (known[c] != 0) continue;
             const Vec3 displacement =
                 dt * (side_value(contact.upper, velocity) - side_value(contact.lower, velocity)) -
-                contact.surface_displacement;
+                contact.surface_displacement - contact.turn_displacement;
             const double closing = -contact.normal.dot(displacement);
             impact[c] = closing > tuning::contact::approach_share * contact.max_depenetration &&
                         contact.gap - closing < 0;
@@ -84,7 +84,7 @@ void ContactForces::add_mobility(const ContactSide& side, Mobility& sum) const {
 
 // Displacement of the upper relative to the lower side in the step at their current velocities.
 Vec3 ContactForces::free_displacement(const Contact& contact, std::span<const Part> parts) {
-    Vec3 displacement = -contact.surface_displacement;
+    Vec3 displacement = -contact.surface_displacement - contact.turn_displacement;
     double sign = 1;
     for (const ContactSide* side : {&contact.upper, &contact.lower}) {
         for (std::uint32_t k = 0; k < side->count; ++k)
@@ -123,14 +123,11 @@ ContactForces::ContactRow ContactForces::make_row(std::uint32_t index, const Cac
         row.last_force = cached->force;
         row.rest_gap = cached->rest_gap;
         if (cached->stiffness > 0) {
-            if (contact.lower.is_collider()) {
-                row.rest_gap = cached->rest_gap_at(contact.gap);
+            row.rest_gap = cached->rest_gap_at(contact.gap);
+            if (contact.lower.is_collider())
                 row.drift = cached->drift_at(contact.gap);
-            } else {
-                // Another face is nearest now; that is no compressed spring either.
-                row.rest_gap += std::min(
-                    0.0, contact.gap - cached->gap + tuning::contact::jump_share * contact.max_depenetration);
-            }
+            else  // Another face may be nearest now; what is found farther has come apart.
+                row.rest_gap = std::min(row.rest_gap, cached->rest_gap);
         }
         // Stiffening a loaded spring would create energy. Where that is needed, the spring keeps its force
         // with a shorter stretch.
@@ -270,7 +267,7 @@ void ContactForces::list_active() {
 Vec3 ContactForces::relative(const ContactRow& row, ConstField position) const {
     const Contact& contact = input_.contacts[row.contact];
     return side_value(contact.upper, position) - side_value(contact.lower, position) - row.start -
-           contact.surface_displacement;
+           contact.surface_displacement - contact.turn_displacement;
 }
 
 Vec3 ContactForces::spring_force(const ContactRow& row, const Vec3& displacement) const {

@@ -60,7 +60,7 @@ ContactImpulses::ImpulseRow ContactImpulses::make_row(std::uint32_t index) {
     row.contact = index;
     row.normal = contact.normal;
     row.friction = contact.friction;
-    row.surface_velocity = contact.surface_displacement / dt_;
+    row.surface_velocity = (contact.surface_displacement + contact.turn_displacement) / dt_;
     row.rest_gap = std::min(contact.gap, 0.0);
     row.first = static_cast<std::uint32_t>(incidences_.size());
     double sign = 1;
@@ -120,14 +120,11 @@ void ContactImpulses::make_spring(ImpulseRow& row) const {
 // Continues a contact of the last step.
 void ContactImpulses::continue_row(ImpulseRow& row, const CachedContact& cached) const {
     const Contact& contact = input_.contacts[row.contact];
-    if (contact.lower.is_collider()) {
-        row.rest_gap = cached.rest_gap_at(contact.gap);
+    row.rest_gap = cached.rest_gap_at(contact.gap);
+    if (contact.lower.is_collider())
         row.drift = cached.drift_at(contact.gap);
-    } else {
-        // A gap that jumped because another face is nearest now is no compressed spring.
-        const double left = cached.stiffness > 0 ? cached.normal_force / cached.stiffness : 0;
-        row.rest_gap = std::min(cached.rest_gap, std::max(contact.gap + left, contact.gap));
-    }
+    else
+        row.rest_gap = std::min(row.rest_gap, cached.rest_gap);
     // Stiffening a loaded spring would create energy.
     if (cached.stiffness > 0) row.stiffness = std::min(row.stiffness, cached.stiffness);
     row.lift =

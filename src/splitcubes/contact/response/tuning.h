@@ -52,9 +52,6 @@ inline constexpr double impact_share_between_bodies = 1;
 /// Share of the tolerated penetration that the correction of an impact leaves, 0 to 1. Larger leaves more;
 /// near 0 a correction overshoots and is undone in the next solve.
 inline constexpr double remaining_share = 0.5;
-/// In depenetrations, 0 to 1: how much deeper than it was left a contact may be found before its rest gap is
-/// lowered. Larger takes jumps of the gap for compression, which adds energy; smaller tolerates more overlap.
-inline constexpr double jump_share = 0.05;
 /// In depenetrations, 0 to 1: maximum overlap that a loaded spring removes in a step. Larger removes overlaps
 /// sooner and adds more energy.
 inline constexpr double depenetration_share = 0.25;
