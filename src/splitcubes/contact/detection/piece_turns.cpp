@@ -1,4 +1,5 @@
 #include <splitcubes/contact/detection/piece_turns.h>
+#include <splitcubes/contact/detection/tuning.h>
 #include <splitcubes/splitting/pieces.h>
 
 #include <cmath>
@@ -30,7 +31,7 @@ Vec3 PieceTurns::change(const Piece& one, const Piece& other, const Vec3& vector
     const Turn a = turn_of(one), b = turn_of(other);
     const Vec3 angle = (a.mass * a.angle + b.mass * b.angle) / (a.mass + b.mass);
     const double size = angle.norm();
-    if (!(size > 0) || !vector.allFinite()) return Vec3::Zero();
+    if (!(size > 0) || !(size < tuning::turns::max_angle) || !vector.allFinite()) return Vec3::Zero();
     return Eigen::AngleAxisd(size, angle / size) * vector - vector;
 }
 

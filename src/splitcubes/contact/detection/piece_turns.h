@@ -25,7 +25,7 @@ class PieceTurns {
     /// dt: s.
     void measure(std::span<const BodyView> bodies, double dt, const Parallel& parallel);
     /// Returns the change of a vector, m, world, between two pieces in the step as both rotate by the mean of
-    /// their rotations, weighted by mass. Zero for pieces that were not measured.
+    /// their rotations, weighted by mass. Zero for pieces that were not measured, and where they tumble.
     Vec3 change(const Piece& one, const Piece& other, const Vec3& vector) const;
 
   private:

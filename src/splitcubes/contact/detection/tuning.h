@@ -251,6 +251,15 @@ inline constexpr int iterations = 20;
 
 }  // namespace overlaps
 
+/// Pieces that rotate together (piece_turns.cpp).
+namespace turns {
+
+/// Rotation in a step, rad, 0.15 to 0.5, from which the angular velocity at its start does not say how pieces
+/// rotate. Larger drives small pieces that tumble; smaller lets pieces that rotate together slide.
+inline constexpr double max_angle = 0.25;
+
+}  // namespace turns
+
 /// Hits that rebound (restitution.cpp).
 namespace restitution {
 
