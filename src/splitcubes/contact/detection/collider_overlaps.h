@@ -24,8 +24,8 @@ namespace splitcubes::body {
 /// farther, and lifting the whole piece for them would add energy. So vertices of elastic pieces may be as
 /// deep as that, and are drawn at the depth that is allowed.
 ///
-/// Of rigid pieces only what moved in the step is lifted. A cut makes vertices, so some begin the step inside
-/// a collider. They may stay as deep as they began, until contact forces have pushed them out.
+/// A rigid piece is lifted only for vertices that moved in the step. A cut makes vertices, so some begin the
+/// step inside a collider. They may stay as deep as they began, until contact forces have pushed them out.
 ///
 /// Kinetic energy never increases, except by moving colliders. There is no state between steps.
 class ColliderOverlaps {

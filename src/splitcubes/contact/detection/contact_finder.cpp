@@ -243,6 +243,7 @@ void ContactFinder::measure_speeds(const Task& task, const Parallel& parallel) {
     bounds_.max_displacement.clear();
     bounds_.spacing.clear();
     bounds_.velocity.clear();
+    bounds_.position.clear();
     bounds_.drift.resize(task.bodies.size());
     Vec3 sum = Vec3::Zero();
     double all = 0;
@@ -250,6 +251,7 @@ void ContactFinder::measure_speeds(const Task& task, const Parallel& parallel) {
         const meshless::Phyxels& phyxels = task.bodies[b].phyxels;
         const std::size_t count = phyxels.size();
         bounds_.velocity.emplace_back(phyxels.velocity);
+        bounds_.position.emplace_back(phyxels.position);
         bounds_.drift[b].resize(count);
         bounds_.speeds.assign((count + speed_grain - 1) / speed_grain, {});
         const auto measure = [&](std::size_t begin, std::size_t end) {
@@ -401,10 +403,8 @@ void ContactFinder::meet_collider(const Task& task, std::size_t collider_index, 
         moved + bounds_.max_displacement[s.body] + tuning::contacts::max_vertex_offset_share * spacing_of(s);
     if (collider.solid->at(poses.to_before * position).distance > far) return;
     find_influences(task, k);
-    const std::array<std::span<const Vec3>, 1> velocity = {body.phyxels.velocity};
-    ContactSide own = influence_of(k).side;
-    own.part = 0;
-    const Vec3 displacement = task.dt * (meshless::side_value(own, velocity) + task.dt * task.gravity);
+    const Vec3 displacement =
+        task.dt * (side_value(influence_of(k).side, bounds_.velocity) + task.dt * task.gravity);
     const double margin = tuning::contacts::collider_speculative_share * spacing_of(s);
     const double max_error = tuning::contacts::max_drawn_error_share * spacing_of(s);
     std::optional<Contact> contact =

@@ -158,8 +158,7 @@ void Restitution::add_depth(const HitTask& task, Hit& hit) const {
 
 // Returns the energy of the rebound that the sides part with, J.
 double Restitution::rebound(const HitTask& task, const Hit& hit) const {
-    const double speed = task.coefficient * hit.approach_speed();
-    return 0.5 * speed * speed / hit.unit_normal().dot(velocity_change(hit, hit.unit_normal()));
+    return parting_energy(hit, task.coefficient * hit.approach_speed());
 }
 
 // Returns the work that takes a piece up to where it met a collider, J.

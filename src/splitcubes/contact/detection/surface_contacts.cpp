@@ -257,23 +257,10 @@ bool ContactFinder::meet(const Task& task, std::size_t entry, const SearchRange&
         tuning::contacts::depenetration_share * std::min(spacing_of(sample), spacing_of(partner));
     if (!set_lower_side(task, position - distance * normal, total, grid_.index(chosen->entry), chunk, out))
         return false;
-    out.turn_displacement = turned(task, sample, partner, out);
+    const Vec3 between = side_value(out.upper, bounds_.position) - side_value(out.lower, bounds_.position);
+    out.turn_displacement =
+        turns_.change({sample.body, sample.piece}, {partner.body, partner.piece}, between);
     return true;
-}
-
-// Returns how much the vector between the means of phyxels of a contact changes in the step as the two pieces
-// rotate together.
-Vec3 ContactFinder::turned(const Task& task, const Sample& upper, const Sample& lower,
-                           const Contact& contact) const {
-    Vec3 between = Vec3::Zero();
-    for (const meshless::ContactSide* side : {&contact.upper, &contact.lower}) {
-        const Sample& sample = side == &contact.upper ? upper : lower;
-        meshless::ContactSide own = *side;
-        own.part = 0;
-        const std::array<std::span<const Vec3>, 1> position = {task.bodies[sample.body].phyxels.position};
-        between += (side == &contact.upper ? 1 : -1) * meshless::side_value(own, position);
-    }
-    return turns_.change({upper.body, upper.piece}, {lower.body, lower.piece}, between);
 }
 
 // Sets the lower side of the contact to the foot of the sample on the face, so that the change of the

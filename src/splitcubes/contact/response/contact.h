@@ -61,11 +61,19 @@ struct CachedContact {
     double drift = 0;           // m, part of the rest gap by which gaps were found deeper than left, <= 0
     double energy = 0;  // J, of the spring at the start of the step, minus the work it did in the step
 
-    // A collider can be found nearer or farther than the contact was left, as the drawn surface does not move
-    // as the means of phyxels on which forces act. The rest gap follows: taken for compression, the
-    // difference would do work that nothing put in.
-    double rest_gap_at(double found) const { return std::min(0.0, rest_gap + (found - gap)); }
-    double drift_at(double found) const { return std::clamp(drift + (found - gap), rest_gap_at(found), 0.0); }
+    struct Rest {
+        double gap, drift;
+    };
+    /// Returns rest gap and drift of the contact as it is found in the next step. A collider can be found
+    /// nearer or farther than the contact was left, as the drawn surface does not move as the means of
+    /// phyxels on which forces act. Taken for compression, the difference would do work that nothing put in.
+    /// Another surface that is found deeper may be another face; one that is found farther has come apart.
+    Rest rest_at(const Contact& found) const {
+        const double jump = found.gap - gap;
+        const double followed = std::min(0.0, rest_gap + jump);
+        if (!found.lower.is_collider()) return {std::min(followed, rest_gap), 0};
+        return {followed, std::clamp(drift + jump, followed, 0.0)};
+    }
 
     /// For checkpoints.
     template <class Archive>

@@ -123,11 +123,9 @@ ContactForces::ContactRow ContactForces::make_row(std::uint32_t index, const Cac
         row.last_force = cached->force;
         row.rest_gap = cached->rest_gap;
         if (cached->stiffness > 0) {
-            row.rest_gap = cached->rest_gap_at(contact.gap);
-            if (contact.lower.is_collider())
-                row.drift = cached->drift_at(contact.gap);
-            else  // Another face may be nearest now; what is found farther has come apart.
-                row.rest_gap = std::min(row.rest_gap, cached->rest_gap);
+            const CachedContact::Rest rest = cached->rest_at(contact);
+            row.rest_gap = rest.gap;
+            row.drift = rest.drift;
         }
         // Stiffening a loaded spring would create energy. Where that is needed, the spring keeps its force
         // with a shorter stretch.

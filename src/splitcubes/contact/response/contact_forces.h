@@ -24,7 +24,7 @@ using ConstField = std::span<const std::span<const Vec3>>;  // per part, per phy
 /// The stiffness k is 2.5 times the stiffness that the contact's phyxels show in the solve and stays constant
 /// while the contact is active. The force therefore has a potential, and a body that rolls from contact to
 /// contact gains no energy. The rest gap is zero, or the overlap at which the contact was first found; on a
-/// collider it follows gaps that are found deeper than they were left (CachedContact::rest_gap_at). If an
+/// collider it follows gaps that are found deeper than they were left (CachedContact::rest_at). If an
 /// impact penetrates by more than a small amount in one step, the solve is repeated with the rest gap raised
 /// by the excess for that step (augmented Lagrangian); the work of this offset is never positive.
 ///

@@ -120,11 +120,9 @@ void ContactImpulses::make_spring(ImpulseRow& row) const {
 // Continues a contact of the last step.
 void ContactImpulses::continue_row(ImpulseRow& row, const CachedContact& cached) const {
     const Contact& contact = input_.contacts[row.contact];
-    row.rest_gap = cached.rest_gap_at(contact.gap);
-    if (contact.lower.is_collider())
-        row.drift = cached.drift_at(contact.gap);
-    else
-        row.rest_gap = std::min(row.rest_gap, cached.rest_gap);
+    const CachedContact::Rest rest = cached.rest_at(contact);
+    row.rest_gap = rest.gap;
+    row.drift = rest.drift;
     // Stiffening a loaded spring would create energy.
     if (cached.stiffness > 0) row.stiffness = std::min(row.stiffness, cached.stiffness);
     row.lift =

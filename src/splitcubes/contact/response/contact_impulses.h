@@ -23,7 +23,7 @@ namespace splitcubes::meshless {
 /// The overlap is measured from the rest gap: zero, or the overlap at which a contact was first found, which
 /// is lifted by a little in each step: freely on colliders; between bodies by what the impulses of the last
 /// step took. On colliders the rest gap follows what is found deeper than it was left
-/// (CachedContact::rest_gap_at).
+/// (CachedContact::rest_at).
 class ContactImpulses {
   public:
     struct Part {
