@@ -2,6 +2,7 @@
 #include "body/rubber.h"
 
 #include <splitcubes/body/body.h>
+#include <splitcubes/core/random.h>
 #include <splitcubes/geometry/shapes.h>
 #include <splitcubes/world/world.h>
 
@@ -223,6 +224,34 @@ TEST(Contact, SlidingBodiesObeyCoulombsLaw) {
         EXPECT_NEAR(lost, wanted, 0.05 * wanted) << "spacing " << spacing;
         EXPECT_NEAR(report.totals.momentum.x(), both, 1e-3 * both) << "the other body takes it";
         EXPECT_LT(iterations, 300);
+    }
+}
+
+// Light and stiff plates under blocks of up to a thousand times their density, of random size and place.
+// Springs begin as stiff as the weight of the plate needs.
+TEST(Contact, LightStiffPlatesUnderHeavyBlocksDoNotSinkIn) {
+    Random random(11);
+    for (int trial = 0; trial < 6; ++trial) {
+        SCOPED_TRACE(testing::Message() << "trial " << trial);
+        WorldSettings settings = falling();
+        settings.time_step = 1 / random.uniform(50, 120);
+        settings.ground = meshless::GroundPlane{Vec3::UnitZ(), 0, 0.5};
+        World world(settings, thread_pool(2));
+        const double thickness = random.uniform(0.03, 0.04), side = random.uniform(0.05, 0.07);
+        BodySettings light = rubber(0.017, 1e8), heavy = rubber(0.017, std::pow(10, random.uniform(7, 8)));
+        light.material.density = 100;
+        heavy.material.density = std::pow(10, random.uniform(3, 5));
+        const Vec3 shift(random.uniform(-0.01, 0.01), random.uniform(-0.01, 0.01), 0);
+        const Body& plate =
+            world.add_body(box_at(Vec3(0.1, 0.1, thickness), Vec3(0, 0, 0.5 * thickness + 1e-4)), light);
+        const Body& block = world.add_body(
+            box_at(Vec3::Constant(side), Vec3(0, 0, thickness + 0.5 * side + 2e-4) + shift), heavy);
+        for (int step = 0; step < 40; ++step) world.step();
+        double top = 0;
+        for (const Vec3& p : plate.vertex_positions()) top = std::max(top, p.z());
+        const double tenth_cell = 0.1 * 0.5 * plate.phyxel_spacing();
+        EXPECT_GT(lowest(plate), -tenth_cell);
+        EXPECT_GT(lowest(block), top - tenth_cell);
     }
 }
 

@@ -8,6 +8,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <limits>
 #include <random>
 #include <vector>
 
@@ -78,6 +80,8 @@ struct Pressed {
     std::vector<Contact> contacts{1};
     std::vector<CachedContact> cached;
     std::vector<Vec3> position = {{0, 0, 0.01}, {0, 0, 0}}, velocity = {Vec3::Zero(), Vec3::Zero()};
+    std::vector<std::int32_t> piece;  // per phyxel; or empty
+    std::vector<double> piece_mass;   // kg
     ContactForces forces;
     double energy = 0;  // J, after a step
 
@@ -100,7 +104,8 @@ struct Pressed {
         ContactInput input;
         input.contacts = contacts;
         input.cached = &cached;
-        const std::vector<ContactForces::Part> parts = {{position, velocity, 0.02, mobilities, {}}};
+        const std::vector<ContactForces::Part> parts = {
+            {position, velocity, 0.02, mobilities, {}, piece, piece_mass}};
         const std::vector<std::span<const Vec3>> before = {position}, moved = {after};
         const std::vector<std::span<Vec3>> out = {force};
         std::vector<std::uint8_t> touching(2, 0);
@@ -134,6 +139,59 @@ TEST(ContactForces, StiffnessChangesUnderLoadAddNoEnergy) {
         else
             EXPECT_LT(force_after.z(), (1 + 1e-9) * force_before.z()) << factor;
     }
+}
+
+// Two stiff pieces of random mass meet, in every other case one of them held: the spring is at most a fixed
+// multiple of the inertia, which is that of the lighter one where the other is much heavier. Two sides of one
+// piece have a spring as stiff as their phyxels, since its mass says nothing about what bends.
+TEST(ContactForces, SpringsAreNotMuchStifferThanWhatTheyMove) {
+    Random random(5);
+    for (int trial = 0; trial < 200; ++trial) {
+        Pressed pressed;
+        pressed.piece = {0, trial % 4 == 3 ? 0 : 1};
+        const double a = std::pow(10, random.uniform(-4, 1)), b = std::pow(10, random.uniform(-4, 1));
+        pressed.piece_mass = {a, trial % 2 == 0 ? std::numeric_limits<double>::infinity() : b};
+        const double mobility = std::pow(10, random.uniform(-7, -2));
+        pressed.step(mobility, Vec3(0, 0, -2e-4));
+        ASSERT_EQ(pressed.cached.size(), 1U);
+        const double hardest = tuning::contact::stiffness_ratio / (2 * mobility);
+        const double inertia = (trial % 2 == 0 ? a : a * b / (a + b)) / (0.02 * 0.02);
+        const double wanted =
+            trial % 4 == 3 ? hardest : std::min(hardest, tuning::contact::inertia_ratio * inertia);
+        EXPECT_NEAR(pressed.cached[0].stiffness, wanted, 1e-9 * wanted) << trial;
+    }
+}
+
+// A load that is far larger than the weight of a light piece presses it in: the spring is stiffened from step
+// to step, which adds no energy, until it is deep no more or as stiff as its phyxels.
+TEST(ContactForces, SpringsStiffenUnderLoads) {
+    constexpr double mobility = 1e-7, depenetration = 3e-4;
+    constexpr double hardest = tuning::contact::stiffness_ratio / (2 * mobility);
+    constexpr double deep = tuning::contact::stiffening_overlap * depenetration;
+    int stiffened = 0;
+    for (const double depth : {1e-5, 2e-4, 4e-4, 1e-3, 1e-2, 0.1}) {
+        Pressed pressed;
+        pressed.piece = {0, 1};
+        pressed.piece_mass = {0.01, std::numeric_limits<double>::infinity()};
+        pressed.contacts[0].max_depenetration = depenetration;
+        pressed.step(mobility, Vec3(1e-4, 0, -1e-4 - depth));
+        ASSERT_EQ(pressed.cached.size(), 1U);
+        const double first = pressed.cached[0].stiffness;
+        EXPECT_LT(first, 0.1 * hardest);
+        for (int step = 0; step < 8; ++step) {
+            const double energy = pressed.energy, stiffness = pressed.cached[0].stiffness;
+            pressed.step(mobility, Vec3::Zero());
+            ASSERT_EQ(pressed.cached.size(), 1U);
+            EXPECT_LE(pressed.energy, (1 + 1e-9) * energy) << depth << " m, step " << step;
+            EXPECT_GE(pressed.cached[0].stiffness, stiffness);
+        }
+        const double last = pressed.cached[0].stiffness;
+        EXPECT_TRUE(last >= 0.999 * hardest ||
+                    pressed.cached[0].rest_gap - pressed.cached[0].gap < 1.001 * deep);
+        EXPECT_EQ(last > first, depth > deep) << depth;
+        stiffened += last > first;
+    }
+    EXPECT_GE(stiffened, 3);
 }
 
 // Holds prescribe the motion of most of a contact's phyxels, at random: its spring is at most ten times as
@@ -173,7 +231,7 @@ TEST(ContactForces, HoldsDoNotStiffenContacts) {
         ContactInput input;
         input.contacts = contacts;
         input.cached = &cached;
-        const std::vector<ContactForces::Part> parts = {{position, velocity, 0.01, mobility, fixed}};
+        const std::vector<ContactForces::Part> parts = {{position, velocity, 0.01, mobility, fixed, {}, {}}};
         const std::vector<std::span<const Vec3>> moved = {after};
         const std::vector<std::span<std::uint8_t>> touched = {touching};
         const Parallel parallel(1);

@@ -70,18 +70,6 @@ void find_impacts(const ContactInput& input, ConstField velocity, double dt, con
     parallel.for_chunks(input.contacts.size(), tuning::grains::contact_springs, std::cref(find));
 }
 
-void ContactForces::add_mobility(const ContactSide& side, Mobility& sum) const {
-    for (std::uint32_t k = 0; k < side.count; ++k) {
-        const std::uint32_t i = side.phyxel[k];
-        const Part& part = parts_[side.part];
-        // Contacts that share a phyxel share its stiffness.
-        const double shared = std::max(1.0, load_[side.part][i]);
-        const double mobility = side.weight[k] * side.weight[k] * shared * part.mobility[i];
-        sum.free += mobility;
-        if (part.fixed.empty() || part.fixed[i] == 0) sum.actual += mobility;
-    }
-}
-
 // Displacement of the upper relative to the lower side in the step at their current velocities.
 Vec3 ContactForces::free_displacement(const Contact& contact, std::span<const Part> parts) {
     Vec3 displacement = -contact.surface_displacement - contact.turn_displacement;
@@ -109,7 +97,7 @@ ContactForces::ContactRow ContactForces::make_row(std::uint32_t index, const Cac
         ++sums.immovable;
         return row;
     }
-    row.normal = tuning::contact::stiffness_ratio / mobility.actual;
+    row.normal = stiffness(contact, cached, tuning::contact::stiffness_ratio / mobility.actual);
     // An overlap at first contact (faces of a fresh cut, bodies placed into each other) is no compressed
     // spring.
     row.rest_gap = std::min(0.0, contact.gap);

@@ -21,12 +21,14 @@ using ConstField = std::span<const std::span<const Vec3>>;  // per part, per phy
 /// where they met; its force is capped at friction times the normal force (elastic slider; Cundall and Strack
 /// 1979). The stretch of that spring is carried from step to step, so sticking contacts do not creep.
 ///
-/// The stiffness k is 2.5 times the stiffness that the contact's phyxels show in the solve and stays constant
-/// while the contact is active. The force therefore has a potential, and a body that rolls from contact to
-/// contact gains no energy. The rest gap is zero, or the overlap at which the contact was first found; on a
-/// collider it follows gaps that are found deeper than they were left (CachedContact::rest_at). If an
-/// impact penetrates by more than a small amount in one step, the solve is repeated with the rest gap raised
-/// by the excess for that step (augmented Lagrangian); the work of this offset is never positive.
+/// The stiffness k is 2.5 times the stiffness that the contact's phyxels show in the solve, but at most 50
+/// times the inertia of the pieces that touch. It stays constant while the contact is active, unless the
+/// overlap exceeds a fiftieth of a spacing; a spring that is stiffened keeps its force. The force therefore
+/// has a potential, and a body that rolls from contact to contact gains no energy. The rest gap is zero, or
+/// the overlap at which the contact was first found; on a collider it follows gaps that are found deeper than
+/// they were left (CachedContact::rest_at). If an impact penetrates by more than a small amount in one step,
+/// the solve is repeated with the rest gap raised by the excess for that step (augmented Lagrangian); the
+/// work of this offset is never positive.
 ///
 /// Attachment springs are linear; the sum over a handle is capped at the handle's limit in the same way.
 ///
@@ -40,6 +42,8 @@ class ContactForces {
         double dt = 0;                        // s, the time step
         std::span<const double> mobility;     // m/N, inverse diagonal of the system matrix without contacts
         std::span<const std::uint8_t> fixed;  // per phyxel; 1: position is prescribed
+        std::span<const std::int32_t> piece;  // per phyxel, its piece, or -1; may be empty
+        std::span<const double> piece_mass;   // kg, per piece; infinite if it is held
     };
 
     /// Discards the previous step and lists the phyxels that contacts and attachment springs act on:
@@ -140,6 +144,9 @@ class ContactForces {
         double actual = 0, free = 0;  // with the holds, and without
     };
     void add_mobility(const ContactSide& side, Mobility& sum) const;
+    double mass_of(const ContactSide& side) const;
+    double inertia(const Contact& contact) const;
+    double stiffness(const Contact& contact, const CachedContact* cached, double hardest) const;
     static double spring_energy(const ContactRow& row, double gap, const Vec3& tangential_displacement);
     void limit_depenetration(const RowSums& sums, const Parallel& parallel);
     void list_active();

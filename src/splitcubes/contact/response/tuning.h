@@ -27,6 +27,15 @@ namespace contact {
 /// Ratio of contact stiffness to the stiffness of the touched phyxels, 1 to 10. Larger reduces penetration
 /// and slows convergence; smaller lets bodies sink in.
 inline constexpr double stiffness_ratio = 2.5;
+/// Largest ratio of contact stiffness to the inertia of the pieces that touch, 10 to 1000, unless a load
+/// needs more. Larger needs more solves in piles of stiff pieces; smaller lets them sink in.
+inline constexpr double inertia_ratio = 50;
+/// Overlap of a loaded spring, in depenetrations, 0.25 to 2, above which it is stiffened. Larger lets pieces
+/// sink in; smaller stiffens springs for hits.
+inline constexpr double stiffening_overlap = 1;
+/// Factor of that, above max_stiffness_change. Larger finds the stiffness for a load in fewer steps; smaller
+/// nearer.
+inline constexpr double stiffening = 5;
 /// Factor, above 1: a spring keeps its stiffness unless that of the touched phyxels changes by more. Larger
 /// keeps springs that no longer fit; smaller changes loaded springs often, which costs convergence.
 inline constexpr double max_stiffness_change = 4;

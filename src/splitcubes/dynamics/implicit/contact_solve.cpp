@@ -3,6 +3,7 @@
 #include <splitcubes/dynamics/tuning.h>
 
 #include <cmath>
+#include <limits>
 
 namespace splitcubes::meshless {
 
@@ -17,11 +18,20 @@ double ImplicitSolver::weight_of_pieces(const Job& job, std::span<const std::uin
     return mass * job.input.gravity.norm();
 }
 
+void ImplicitSolver::sum_piece_masses(const Job& job) {
+    conditions_.piece_mass.assign(conditions_.hit.size(), 0);
+    for (std::size_t i = 0; i < job.phyxels.size(); ++i)
+        conditions_.piece_mass[piece_of(job, i)] +=
+            conditions_.held[i] != 0 ? std::numeric_limits<double>::infinity() : job.phyxels.mass[i];
+}
+
 // Creates the springs at the positions of the initial guess.
 void ImplicitSolver::Group::begin_contacts(const ContactInput& input) {
     each([&](ImplicitSolver& s, const Job& job, std::uint32_t) {
+        s.sum_piece_masses(job);
         parts.push_back({s.prediction_.start_position, s.prediction_.start_velocity, job.input.dt,
-                         s.system_.mobility, s.conditions_.held});
+                         s.system_.mobility, s.conditions_.held, job.phyxels.piece,
+                         s.conditions_.piece_mass});
     });
     forces->begin(input, parts);
     position_touched();

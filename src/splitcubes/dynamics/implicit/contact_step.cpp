@@ -119,7 +119,8 @@ void ImplicitSolver::step_together(std::span<Member> members, const ContactInput
         });
         return any;
     };
-    for (int pass = 0; pass < tuning::passes::max_turns && group.turn_solutions(); ++pass)
+    // The last rotation is carried out, too: its stretch would be elastic energy.
+    for (int pass = 0; group.turn_solutions() && pass < tuning::passes::max_turns; ++pass)
         group.relinearise();
     for (int pass = 0; pass < tuning::passes::max_relinearisations &&
                        (pass < options.further_solves || any_new_distortion());

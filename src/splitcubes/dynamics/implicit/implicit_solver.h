@@ -117,6 +117,7 @@ class ImplicitSolver {
     void turn_prediction(const Job& job);
     void straighten_velocities(const Job& job);
     double weight_of_pieces(const Job& job, std::span<const std::uint32_t> of);
+    void sum_piece_masses(const Job& job);
     double work_along_solve(const Job& job, std::span<const Vec3> r);
     static void restore_shared(Group& group, const ContactInput& contacts);
     void size_buffers(std::size_t count);
@@ -215,6 +216,7 @@ class ImplicitSolver {
         std::vector<std::uint8_t> supported;   // held, or in contact in the previous step
         std::vector<std::uint8_t> restrained;  // held or pulled by a handle
         std::vector<std::uint8_t> near;        // may touch something
+        std::vector<double> piece_mass;        // kg; infinite if it is held
     };
     /// Smoothing of high accelerations in the initial guess.
     struct Smoothing {
