@@ -75,7 +75,7 @@ void ColliderOverlaps::allow_depths(const BodyView& body, std::span<const Depth>
     const double most = tuning::overlaps::max_kept_share * body.spacing;
     for (Near& near : near_) {
         if (body.phyxels.rigid.index(near.piece) < 0) {
-            near.allowed = most;
+            near.allowed = tuning::overlaps::max_elastic_share * body.spacing;
             continue;
         }
         if (!near.is_deep()) continue;
@@ -129,12 +129,17 @@ std::span<const ColliderOverlaps::Drawn> ColliderOverlaps::drawn(const Task& tas
     for (const Near& near : near_) {
         if (!near.is_deep()) continue;
         Vec3 position = near.point;
-        for (std::size_t c = 0; c < poses_.size(); ++c) {
-            const geometry::SignedDistance::Sample at =
-                task.colliders[c].solid->at(poses_[c].to_after * position);
-            const double height = -at.distance - near.allowed;
-            if (height > 0 && height < tuning::overlaps::max_drawn_share * body.spacing)
+        bool any = true;
+        for (int pass = 0; any && pass < tuning::overlaps::max_lifts; ++pass) {
+            any = false;
+            for (std::size_t c = 0; c < poses_.size(); ++c) {
+                const geometry::SignedDistance::Sample at =
+                    task.colliders[c].solid->at(poses_[c].to_after * position);
+                const double height = -at.distance - near.allowed;
+                if (!(height > 0 && height < tuning::overlaps::max_drawn_share * body.spacing)) continue;
                 position += height * (poses_[c].after.linear() * at.normal);
+                any = any || height > tuning::overlaps::negligible_share * body.spacing;
+            }
         }
         if (position.allFinite()) drawn_.push_back({near.vertex, position});
     }

@@ -232,13 +232,15 @@ namespace overlaps {
 /// Depth, 0.04 to 0.1, at which vertices are drawn that lie deeper, and from which rigid pieces are lifted.
 /// Larger lets these sink in where contact forces fail; smaller takes their place.
 inline constexpr double allowed_share = 0.048;
-/// Depth up to which a vertex of an elastic piece, or one that a cut made or moved, stays in a collider, 0.1
-/// to 0.5. Larger hides more of what is in there; smaller lifts pieces for nothing that moved, which adds
-/// energy.
+/// Depth up to which a vertex of a rigid piece that a cut made or moved stays in a collider, 0.1 to 0.5.
+/// Larger hides more of what is in there; smaller lifts pieces for nothing that moved, which adds energy.
 inline constexpr double max_kept_share = 0.4;
-/// Depth up to which a vertex is drawn elsewhere than its motion takes it, above max_kept_share, to 2. Larger
-/// hides pieces that are held in a collider; smaller draws them inside.
-inline constexpr double max_drawn_share = 0.5;
+/// Depth up to which a vertex of an elastic piece stays in a collider, 0.4 to 1.5; the same trade. Cuts leave
+/// vertices that deep, and flaps swing on phyxels that are outside.
+inline constexpr double max_elastic_share = 1;
+/// Depth up to which a vertex is drawn elsewhere than its motion takes it, above max_elastic_share, to 2.
+/// Larger hides pieces that are held in a collider; smaller draws them inside.
+inline constexpr double max_drawn_share = 1.25;
 /// Distance from a collider up to which the vertices of a piece are looked at, 0.5 to 2. Smaller may lift a
 /// piece into another collider.
 inline constexpr double near_share = 1;
