@@ -163,6 +163,70 @@ TEST(ColliderOverlaps, NothingDrawnLiesInACollider) {
     }
 }
 
+// A block lies up to a spacing deep in two planes that meet at a random angle: its vertices are drawn outside
+// both.
+TEST(ColliderOverlaps, VerticesBetweenTwoCollidersAreDrawnOutsideBoth) {
+    std::size_t in_both = 0;
+    for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+        Draw draw(seed);
+        WorldSettings settings;
+        World world(settings, std::make_shared<const Parallel>(2));
+        Body& body = world.add_body(geometry::make_box(Vec3(0.06, 0.06, 0.06)), rubber(0.015));
+        const std::vector<Vec3> positions = body.surface_mesh().mesh.positions;
+        std::vector<Collider> colliders;
+        for (const char* name : {"one", "other"}) {
+            // Their normals lie within 60 degrees of the vertical.
+            const Vec3 normal = (Vec3(0, 0, 1.2) + draw.direction()).normalized();
+            double lowest = 1e300;
+            for (const Vec3& x : positions) lowest = std::min(lowest, normal.dot(x));
+            const double offset = lowest + draw.between(0.2, 0.9) * 0.015;
+            colliders.push_back({name, geometry::make_plane_distance(normal, offset), {}, 0.5});
+        }
+        const auto depth = [&](const Vec3& x) {
+            return std::max(depth_in(colliders[0], x, 0), depth_in(colliders[1], x, 0));
+        };
+        ColliderOverlaps overlaps;
+        const std::vector<BodyView> views = {body.view()};
+        for (const auto& drawn : overlaps.drawn({views, colliders, 0, 1.0 / 60}, 0, world.parallel()))
+            EXPECT_LT(depth(drawn.position), 0.05 * 0.015) << "seed " << seed;
+        for (const Vec3& x : positions)
+            in_both += depth_in(colliders[0], x, 0) > 0.001 && depth_in(colliders[1], x, 0) > 0.001;
+    }
+    EXPECT_GT(in_both, 20U);
+}
+
+// Soft bodies are held at the top, cut into flaps, and stretch until these lie on the ground.
+TEST(ColliderOverlaps, FlapsOfHeldBodiesAreDrawnOutside) {
+    for (std::uint64_t seed = 1; seed <= 6; ++seed) {
+        Draw draw(seed);
+        WorldSettings settings;
+        settings.contact.pieces = false;
+        settings.ground = meshless::GroundPlane{Vec3::UnitZ(), 0, draw.between(0, 0.5)};
+        settings.time_step = draw.between(0.008, 0.017);
+        settings.validate_each_step = false;
+        World world(settings, std::make_shared<const Parallel>(2));
+        const double height = draw.between(0.01, 0.03);
+        Body& body = world.add_body(box_at(Vec3(0.1, 0.1, 0.2), Vec3(0, 0, 0.1 + height)),
+                                    rubber(0.025, draw.between(1500, 4000), 0));
+        HoldConstraint top;
+        top.region = [height](const Vec3& rest) { return rest.z() > 0.17 + height; };
+        top.motion = [](double) { return Isometry::Identity(); };
+        body.add_constraint(top);
+        double deepest = 0;
+        for (int step = 0; step < 50; ++step) {
+            if (step % 3 == 0 && step < 30)
+                body.cut_with_sheet(
+                    geometry::make_plane_sheet(Vec3(0, 0, 0.06 + height) + 0.05 * draw.direction(),
+                                               draw.direction(), 0.12),
+                    step, world.parallel());
+            world.step();
+            for (const Vec3& point : body.surface_mesh().mesh.positions)
+                deepest = std::max(deepest, -point.z());
+        }
+        EXPECT_LT(deepest, 0.2 * 0.0125) << "seed " << seed;
+    }
+}
+
 // Pieces of any shape come to rest on the ground, without an overlap that can be seen.
 TEST(ColliderOverlaps, ObliqueWedgesComeToRest) {
     for (std::uint64_t seed = 1; seed <= 4; ++seed) {

@@ -240,7 +240,7 @@ inline constexpr double max_kept_share = 0.4;
 inline constexpr double max_elastic_share = 1;
 /// Depth up to which a vertex is drawn elsewhere than its motion takes it, above max_elastic_share, to 2.
 /// Larger hides pieces that are held in a collider; smaller draws them inside.
-inline constexpr double max_drawn_share = 1.25;
+inline constexpr double max_drawn_share = 1.5;
 /// Distance from a collider up to which the vertices of a piece are looked at, 0.5 to 2. Smaller may lift a
 /// piece into another collider.
 inline constexpr double near_share = 1;
