@@ -66,6 +66,7 @@ struct ImplicitSolver::Group {
     double best_share();
     void shorten_solve();
     bool turn_solutions();
+    void undo_couples();
     void relinearise();
     void solve(bool from_solution);
     double tolerance() const;

@@ -1,0 +1,71 @@
+// Couples of contacts whose two points lie apart, taken back after ImplicitSolver's step.
+#include <splitcubes/dynamics/implicit/solver_group.h>
+
+#include <algorithm>
+#include <vector>
+
+namespace splitcubes::meshless {
+
+namespace {
+
+/// Piece of a part and what its contacts did to it.
+struct Turned {
+    Vec3 impulse = Vec3::Zero();  // N m s, to be added
+    Vec3 spin = Vec3::Zero();     // rad/s, that it causes
+};
+
+}  // namespace
+
+// The forces of a contact act on two means of phyxels. Where these lie apart by a vector r, they exert the
+// couple r x f, which no motion of the contact shows once it is measured in the frame that rotates with both
+// pieces (Contact::turn_displacement): its work comes from nothing. It is given back to both pieces, in the
+// proportion of their masses by which that frame follows them, as far as this takes kinetic energy.
+void ImplicitSolver::Group::undo_couples() {
+    if (!forces->any_turns()) return;
+    std::vector<std::vector<Momenta>> momenta(size());
+    std::vector<std::vector<Turned>> turned(size());
+    each([&](ImplicitSolver&, const Job& job, std::uint32_t k) {
+        momenta_of_pieces(job.phyxels, job.input.piece_count, momenta[k]);
+        turned[k].resize(momenta[k].size());
+    });
+    const auto index_of = [&](const ContactSide& side) {
+        return solvers[side.part]->piece_of(jobs[side.part], side.phyxel[0]);
+    };
+    forces->each_turned([&](const Contact& contact, const Vec3& apart, const Vec3& force) {
+        const ContactSide &upper = contact.upper, &lower = contact.lower;
+        const std::size_t a = index_of(upper), b = index_of(lower);
+        if (a >= turned[upper.part].size() || b >= turned[lower.part].size()) return;
+        const double mass = momenta[upper.part][a].mass, other = momenta[lower.part][b].mass;
+        const Vec3 impulse = -jobs[0].input.dt / (mass + other) * apart.cross(force);
+        if (!impulse.allFinite()) return;
+        turned[upper.part][a].impulse += mass * impulse;
+        turned[lower.part][b].impulse += other * impulse;
+    });
+    // Kinetic energy that all of it takes, and that a share s of it takes: s taken - s^2 spent.
+    double taken = 0, spent = 0;
+    each([&](ImplicitSolver& s, const Job&, std::uint32_t k) {
+        for (std::size_t p = 0; p < turned[k].size(); ++p) {
+            const Momenta& piece = momenta[k][p];
+            Turned& own = turned[k][p];
+            if (own.impulse.isZero(0) || !std::isfinite(s.conditions_.piece_mass[p])) continue;
+            own.spin = angular_velocity(piece.inertia, own.impulse);
+            if (!own.spin.allFinite()) own.spin.setZero();
+            taken -= own.spin.dot(piece.angular_momentum);
+            spent += 0.5 * own.spin.dot(own.impulse);
+        }
+    });
+    if (!(taken > 0) || !(spent > 0)) return;
+    const double share = std::min(1.0, 0.5 * taken / spent);
+    each([&](ImplicitSolver& s, const Job& job, std::uint32_t k) {
+        for (std::size_t i = 0; i < job.phyxels.size(); ++i) {
+            const std::size_t p = s.piece_of(job, i);
+            if (p >= turned[k].size() || turned[k][p].spin.isZero(0)) continue;
+            const Vec3 change =
+                share * turned[k][p].spin.cross(job.phyxels.position[i] - momenta[k][p].centre);
+            job.phyxels.velocity[i] += change;
+            job.phyxels.previous_velocity[i] += change;
+        }
+    });
+}
+
+}  // namespace splitcubes::meshless
