@@ -90,13 +90,13 @@ class ContactForces {
     void add_changes(std::uint32_t part, std::span<const std::int32_t> piece, std::span<Vec3> change) const;
     /// Returns whether a contact is measured in a frame that rotates (Contact::turn_displacement).
     bool any_turns() const;
-    /// Calls act(contact, apart, force) for the active ones of these. apart: m, from the lower to the upper
-    /// point at the start of the step; force: N, on the upper side. Valid after finish.
+    /// Calls act(contact, apart, force) for the active contacts. apart: m, from the lower to the upper point
+    /// at the start of the step; force: N, on the upper side. Valid after finish.
     template <class Act>
-    void each_turned(const Act& act) const {
+    void each_active(const Act& act) const {
         for (const std::uint32_t r : active_) {
-            const Contact& contact = input_.contacts[rows_[r].contact];
-            if (!contact.turn_displacement.isZero(0)) act(contact, rows_[r].start, rows_[r].force);
+            const ContactRow& row = rows_[r];
+            act(input_.contacts[row.contact], row.start, row.force);
         }
     }
     /// Returns the number of active contacts. Valid after finish.
