@@ -71,7 +71,7 @@ using Solid = std::shared_ptr<const geometry::SignedDistance>;
 TEST(ContactEnergy, HitsOfStiffBodiesInCoarseStepsHardlyAddEnergy) {
     Random random(3);
     int guarded = 0, gained = 0;
-    for (int trial = 0; trial < 16; ++trial) {
+    for (int trial = 0; trial < 24; ++trial) {
         SCOPED_TRACE(trial);
         WorldSettings settings = world_settings();
         settings.time_step = trial % 2 == 0 ? 1.0 / 30 : 1.0 / 60;
@@ -105,8 +105,8 @@ TEST(ContactEnergy, HitsOfStiffBodiesInCoarseStepsHardlyAddEnergy) {
         EXPECT_LT(rise, 0.2 * first);
         EXPECT_LT(lowest, 0.5 * first) << "it falls and comes to rest";
     }
-    EXPECT_LE(guarded, 6) << "of 16";
-    EXPECT_LE(gained, 2) << "of 16";
+    EXPECT_LE(guarded, 6) << "of 24";
+    EXPECT_LE(gained, 2) << "of 24";
 }
 
 // Soft balls and blocks of random orientation land on the ground, some on an edge or a corner. In strained
