@@ -1,44 +1,21 @@
 // Couples of contacts whose two points lie apart, taken back after ImplicitSolver's step.
+#include <splitcubes/core/disjoint_sets.h>
 #include <splitcubes/dynamics/implicit/solver_group.h>
 
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <numeric>
 #include <vector>
 
 namespace splitcubes::meshless {
 
 namespace {
 
-/// Piece of a part and what its contacts did to it.
+/// Piece and what its contacts did to it.
 struct Turned {
+    Momenta momenta;
     Vec3 impulse = Vec3::Zero();  // N m s, to be added
     Vec3 spin = Vec3::Zero();     // rad/s, that it causes
-};
-
-/// Sets of pieces that touch each other.
-class TouchingSets {
-  public:
-    explicit TouchingSets(std::size_t pieces) : parent_(pieces), is_supported_(pieces, 0) {
-        std::iota(parent_.begin(), parent_.end(), std::size_t{0});
-    }
-    void join(std::size_t a, std::size_t b) {
-        a = root(a), b = root(b);
-        is_supported_[std::min(a, b)] |= is_supported_[std::max(a, b)];
-        parent_[std::max(a, b)] = std::min(a, b);
-    }
-    /// Marks the set of a piece that touches a collider.
-    void support(std::size_t piece) { is_supported_[root(piece)] = 1; }
-    bool is_supported(std::size_t piece) { return is_supported_[root(piece)] != 0; }
-
-  private:
-    std::size_t root(std::size_t piece) {
-        while (parent_[piece] != piece) piece = parent_[piece] = parent_[parent_[piece]];
-        return piece;
-    }
-    std::vector<std::size_t> parent_;
-    std::vector<std::uint8_t> is_supported_;
 };
 
 }  // namespace
@@ -51,58 +28,54 @@ class TouchingSets {
 // pieces would press them into each other.
 void ImplicitSolver::Group::undo_couples() {
     if (!forces->any_turns()) return;
-    std::vector<std::vector<Momenta>> momenta(size());
-    std::vector<std::vector<Turned>> turned(size());
+    const std::vector<std::uint32_t> first = first_slots();
+    std::vector<Turned> pieces(first.back());
+    std::vector<Momenta> momenta;
     each([&](ImplicitSolver&, const Job& job, std::uint32_t k) {
-        momenta_of_pieces(job.phyxels, job.input.piece_count, momenta[k]);
-        turned[k].resize(momenta[k].size());
+        momenta_of_pieces(job.phyxels, job.input.piece_count, momenta);
+        for (std::size_t p = 0; p < momenta.size(); ++p) pieces[first[k] + p].momenta = momenta[p];
     });
-    const auto index_of = [&](const ContactSide& side) {
-        return solvers[side.part]->piece_of(jobs[side.part], side.phyxel[0]);
+    const auto slot_of = [&](const ContactSide& side) {
+        return piece_slot(first, side.part, side.phyxel[0]);
     };
-    std::vector<std::size_t> first(size() + 1, 0);  // slot of each part's first piece
-    for (std::size_t k = 0; k < size(); ++k) first[k + 1] = first[k] + turned[k].size() + 1;
-    TouchingSets sets(first.back());
+    DisjointSets sets(pieces.size());
+    std::vector<std::uint8_t> is_supported(pieces.size(), 0);  // by root
     forces->each_active([&](const Contact& contact, const Vec3&, const Vec3&) {
-        const std::size_t slot = first[contact.upper.part] + index_of(contact.upper);
-        if (contact.lower.is_collider())
-            sets.support(slot);
-        else
-            sets.join(slot, first[contact.lower.part] + index_of(contact.lower));
+        if (!contact.lower.is_collider()) sets.join(slot_of(contact.upper), slot_of(contact.lower));
+    });
+    forces->each_active([&](const Contact& contact, const Vec3&, const Vec3&) {
+        if (contact.lower.is_collider()) is_supported[sets.find(slot_of(contact.upper))] = 1;
     });
     forces->each_active([&](const Contact& contact, const Vec3& apart, const Vec3& force) {
-        const ContactSide &upper = contact.upper, &lower = contact.lower;
         if (contact.turn_displacement.isZero(0)) return;
-        const std::size_t a = index_of(upper), b = index_of(lower);
-        if (a >= turned[upper.part].size() || b >= turned[lower.part].size()) return;
-        if (!sets.is_supported(first[upper.part] + a)) return;
-        const double mass = momenta[upper.part][a].mass, other = momenta[lower.part][b].mass;
+        const std::uint32_t slot = slot_of(contact.upper);
+        Turned &upper = pieces[slot], &lower = pieces[slot_of(contact.lower)];
+        const double mass = upper.momenta.mass, other = lower.momenta.mass;
+        if (!(mass > 0 && other > 0) || is_supported[sets.find(slot)] == 0) return;
         const Vec3 impulse = -jobs[0].input.dt / (mass + other) * apart.cross(force);
         if (!impulse.allFinite()) return;
-        turned[upper.part][a].impulse += mass * impulse;
-        turned[lower.part][b].impulse += other * impulse;
+        upper.impulse += mass * impulse;
+        lower.impulse += other * impulse;
     });
     // Kinetic energy that all of it takes, and that a share s of it takes: s taken - s^2 spent.
     double taken = 0, spent = 0;
     each([&](ImplicitSolver& s, const Job&, std::uint32_t k) {
-        for (std::size_t p = 0; p < turned[k].size(); ++p) {
-            const Momenta& piece = momenta[k][p];
-            Turned& own = turned[k][p];
-            if (own.impulse.isZero(0) || !std::isfinite(s.conditions_.piece_mass[p])) continue;
-            own.spin = angular_velocity(piece.inertia, own.impulse);
+        for (std::uint32_t slot = first[k]; slot < first[k + 1]; ++slot) {
+            Turned& own = pieces[slot];
+            if (own.impulse.isZero(0) || !std::isfinite(s.conditions_.piece_mass[slot - first[k]])) continue;
+            own.spin = angular_velocity(own.momenta.inertia, own.impulse);
             if (!own.spin.allFinite()) own.spin.setZero();
-            taken -= own.spin.dot(piece.angular_momentum);
+            taken -= own.spin.dot(own.momenta.angular_momentum);
             spent += 0.5 * own.spin.dot(own.impulse);
         }
     });
     if (!(taken > 0) || !(spent > 0)) return;
     const double share = std::min(1.0, 0.5 * taken / spent);
-    each([&](ImplicitSolver& s, const Job& job, std::uint32_t k) {
-        for (std::size_t i = 0; i < job.phyxels.size(); ++i) {
-            const std::size_t p = s.piece_of(job, i);
-            if (p >= turned[k].size() || turned[k][p].spin.isZero(0)) continue;
-            const Vec3 change =
-                share * turned[k][p].spin.cross(job.phyxels.position[i] - momenta[k][p].centre);
+    each([&](ImplicitSolver&, const Job& job, std::uint32_t k) {
+        for (std::uint32_t i = 0; i < job.phyxels.size(); ++i) {
+            const Turned& own = pieces[piece_slot(first, k, i)];
+            if (own.spin.isZero(0)) continue;
+            const Vec3 change = share * own.spin.cross(job.phyxels.position[i] - own.momenta.centre);
             job.phyxels.velocity[i] += change;
             job.phyxels.previous_velocity[i] += change;
         }

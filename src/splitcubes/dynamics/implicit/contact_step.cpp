@@ -1,4 +1,5 @@
 // Sequence of ImplicitSolver's step, for one body or for several in contact.
+#include <splitcubes/core/disjoint_sets.h>
 #include <splitcubes/dynamics/implicit/solver_group.h>
 #include <splitcubes/dynamics/tuning.h>
 
@@ -6,7 +7,6 @@
 #include <array>
 #include <cassert>
 #include <cmath>
-#include <numeric>
 
 namespace splitcubes::meshless {
 
@@ -220,32 +220,22 @@ void ImplicitSolver::bind_pieces(const Job& job, const ContactInput& contacts, s
 // Restores the joint momenta of pieces of several bodies that touch nothing but each other, as is done within
 // one body.
 void ImplicitSolver::restore_shared(Group& group, const ContactInput& contacts) {
-    std::vector<std::size_t> first(group.size() + 1, 0);  // slot of each part's first piece
-    group.each([&](ImplicitSolver& s, const Job&, std::uint32_t k) {
-        first[k + 1] = first[k] + s.conditions_.hit.size();
-    });
-    std::vector<std::size_t> joined(first.back());
-    std::iota(joined.begin(), joined.end(), std::size_t{0});
-    std::vector<std::uint8_t> bound(joined.size(), 0), shared(joined.size(), 0);
-    const auto root = [&](std::size_t slot) {
-        while (joined[slot] != slot) slot = joined[slot];
-        return slot;
-    };
+    const std::vector<std::uint32_t> first = group.first_slots();
+    DisjointSets sets(first.back());
+    std::vector<std::uint8_t> bound(first.back(), 0), shared(first.back(), 0);
     const auto slot_of = [&](std::uint32_t part, std::uint32_t phyxel) {
-        return first[part] + group.solvers[part]->piece_of(group.jobs[part], phyxel);
+        return group.piece_slot(first, part, phyxel);
     };
     CachedContactFinder finder(contacts.cached);
     for (const Contact& c : contacts.contacts) {
         if (!finder.find(c.key)) continue;
-        const std::size_t upper = slot_of(c.upper.part, c.upper.phyxel[0]);
+        const std::uint32_t upper = slot_of(c.upper.part, c.upper.phyxel[0]);
         if (c.lower.is_collider()) {
             bound[upper] = 1;
             continue;
         }
-        const std::size_t lower = slot_of(c.lower.part, c.lower.phyxel[0]);
         if (c.lower.part != c.upper.part) shared[upper] = 1;
-        const std::size_t a = root(upper), b = root(lower);
-        joined[std::max(a, b)] = std::min(a, b);
+        sets.join(upper, slot_of(c.lower.part, c.lower.phyxel[0]));
     }
     for (const HandleSpring& handle_spring : contacts.handle_springs)
         bound[slot_of(handle_spring.part, handle_spring.phyxel)] = 1;
@@ -254,14 +244,15 @@ void ImplicitSolver::restore_shared(Group& group, const ContactInput& contacts) 
         for (std::uint32_t i = 0; i < s.conditions_.held.size(); ++i)
             if (s.conditions_.held[i] != 0 || s.conditions_.failed[i] != 0) bound[slot_of(k, i)] = 1;
     });
-    std::vector<std::uint8_t> any_bound(joined.size(), 0), any_shared(joined.size(), 0);
-    for (std::size_t slot = 0; slot < joined.size(); ++slot) {
-        any_bound[root(slot)] |= bound[slot];
-        any_shared[root(slot)] |= shared[slot];
+    std::vector<std::uint8_t> any_bound(bound.size(), 0), any_shared(bound.size(), 0);
+    for (std::uint32_t slot = 0; slot < bound.size(); ++slot) {
+        any_bound[sets.find(slot)] |= bound[slot];
+        any_shared[sets.find(slot)] |= shared[slot];
     }
-    for (std::size_t slot = 0; slot < joined.size(); ++slot)
-        if (joined[slot] == slot && any_shared[slot] != 0 && any_bound[slot] == 0)
-            group.restore(slot, [&](std::uint32_t part, std::uint32_t i) { return root(slot_of(part, i)); });
+    for (std::uint32_t slot = 0; slot < bound.size(); ++slot)
+        if (sets.find(slot) == slot && any_shared[slot] != 0 && any_bound[slot] == 0)
+            group.restore(slot,
+                          [&](std::uint32_t part, std::uint32_t i) { return sets.find(slot_of(part, i)); });
 }
 
 // Gives the phyxels of one set of touching pieces, by a rigid velocity, the momenta that they had together,

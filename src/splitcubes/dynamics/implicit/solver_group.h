@@ -67,6 +67,19 @@ struct ImplicitSolver::Group {
     void shorten_solve();
     bool turn_solutions();
     void undo_couples();
+    /// Returns the slot of the first piece of each part, and the end; each part has one more for phyxels
+    /// without a piece.
+    std::vector<std::uint32_t> first_slots() const {
+        std::vector<std::uint32_t> first(1, 0);
+        for (const Job& job : jobs)
+            first.push_back(first.back() + static_cast<std::uint32_t>(job.input.piece_count) + 1);
+        return first;
+    }
+    /// Returns the slot of the piece of a phyxel.
+    std::uint32_t piece_slot(std::span<const std::uint32_t> first, std::uint32_t part,
+                             std::uint32_t phyxel) const {
+        return first[part] + static_cast<std::uint32_t>(solvers[part]->piece_of(jobs[part], phyxel));
+    }
     void relinearise();
     void solve(bool from_solution);
     double tolerance() const;
