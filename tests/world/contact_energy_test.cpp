@@ -42,6 +42,37 @@ double potential(const World& world) {
     return sum;
 }
 
+// Returns the direction of a random point of a cube.
+Vec3 direction_in_cube(Random& random) {
+    const double x = random.uniform(-1, 1), y = random.uniform(-1, 1);
+    return Vec3(x, y, random.uniform(-1, 1)).normalized();
+}
+
+// Total energy of a world: kinetic, elastic, potential and in the contact springs, J.
+class EnergyRecord {
+  public:
+    void add(const World& world, const StepReport& report) {
+        const double height = potential(world);
+        const double now = report.totals.kinetic_energy + report.totals.elastic_energy +
+                           report.totals.contact_energy + height;
+        if (is_empty_) first_ = lowest_ = now, least_potential_ = height;
+        is_empty_ = false;
+        rise_ = std::max(rise_, now - lowest_);
+        lowest_ = std::min(lowest_, now);
+        least_potential_ = std::min(least_potential_, height);
+    }
+    double first() const { return first_; }
+    double lowest() const { return lowest_; }
+    // Largest rise above the lowest so far.
+    double rise() const { return rise_; }
+    // What motion and the fall to the lowest place put in.
+    double brought() const { return first_ - least_potential_; }
+
+  private:
+    bool is_empty_ = true;
+    double first_ = 0, lowest_ = 0, rise_ = 0, least_potential_ = 0;
+};
+
 constexpr double end_tolerance = 1e-5;  // J, allowed at the end of a run
 
 // Runs the steps and compares the energy (kinetic, elastic, potential and in the contact springs) with its
@@ -90,20 +121,17 @@ TEST(ContactEnergy, HitsOfStiffBodiesInCoarseStepsHardlyAddEnergy) {
         place.translation() = Vec3(random.uniform(-0.05, 0.05), 0, 0.06);
         world.add_collider(
             {"ball", geometry::make_sphere_distance(0.06), [place](double) { return place; }, friction});
-        double first = 0, lowest = 0, removed = 0, rise = 0;
+        EnergyRecord energy;
+        double removed = 0;
         for (int step = 0; step < 50; ++step) {
             const StepReport report = world.step();
-            const double now = report.totals.kinetic_energy + report.totals.elastic_energy +
-                               report.totals.contact_energy + potential(world);
-            if (step == 0) first = lowest = now;
-            rise = std::max(rise, now - lowest);
-            lowest = std::min(lowest, now);
+            energy.add(world, report);
             removed += report.solver.energy_removed;
         }
-        guarded += removed > 0.001 * first;
-        gained += rise > 0.01 * first;
-        EXPECT_LT(rise, 0.2 * first);
-        EXPECT_LT(lowest, 0.5 * first) << "it falls and comes to rest";
+        guarded += removed > 0.001 * energy.first();
+        gained += energy.rise() > 0.01 * energy.first();
+        EXPECT_LT(energy.rise(), 0.2 * energy.first());
+        EXPECT_LT(energy.lowest(), 0.5 * energy.first()) << "it falls and comes to rest";
     }
     EXPECT_LE(guarded, 6) << "of 24";
     EXPECT_LE(gained, 2) << "of 24";
@@ -138,23 +166,10 @@ TEST(ContactEnergy, SoftBodiesThatLandGainNone) {
         }
         World world(settings, one_thread());
         world.add_body(at(mesh, Vec3(0, 0, 0.01 - lowest_point)), body);
-        double first = 0, lowest = 0, rise = 0, least_potential = 0;
-        for (int step = 0; step < 0.4 / settings.time_step; ++step) {
-            const StepReport report = world.step();
-            const double height = potential(world);
-            const double now = report.totals.kinetic_energy + report.totals.elastic_energy +
-                               report.totals.contact_energy + height;
-            if (step == 0) {
-                first = lowest = now;
-                least_potential = height;
-            }
-            rise = std::max(rise, now - lowest);
-            lowest = std::min(lowest, now);
-            least_potential = std::min(least_potential, height);
-        }
-        const double brought = first - least_potential;
-        gained += rise > 0.01 * brought;
-        EXPECT_LT(rise, 0.025 * brought);
+        EnergyRecord energy;
+        for (int step = 0; step < 0.4 / settings.time_step; ++step) energy.add(world, world.step());
+        gained += energy.rise() > 0.01 * energy.brought();
+        EXPECT_LT(energy.rise(), 0.025 * energy.brought());
     }
     EXPECT_LE(gained, 3) << "of 60";
 }
@@ -163,10 +178,6 @@ TEST(ContactEnergy, SoftBodiesThatLandGainNone) {
 // rotate together do not slide on each other, and what cuts change in the faces that meet does no work.
 TEST(ContactEnergy, PiecesThatSpinTogetherGainNone) {
     Random random(3);
-    const auto direction = [&] {
-        const double x = random.uniform(-1, 1), y = random.uniform(-1, 1);
-        return Vec3(x, y, random.uniform(-1, 1)).normalized();
-    };
     int gained = 0;
     for (int trial = 0; trial < 40; ++trial) {
         const bool is_explicit = trial % 2 != 0;
@@ -180,27 +191,21 @@ TEST(ContactEnergy, PiecesThatSpinTogetherGainNone) {
         World world(settings, one_thread());
         BodySettings rubber = fixtures::rubber(0.03, std::pow(10, random.uniform(5, is_explicit ? 6 : 8)), 0);
         const double spin = random.uniform(2, 8);
-        rubber.angular_velocity = spin * direction();
+        rubber.angular_velocity = spin * direction_in_cube(random);
         SCOPED_TRACE(testing::Message() << "trial " << trial << ", " << rubber.material.youngs_modulus
                                         << " Pa, step " << settings.time_step << " s");
         Body& body = world.add_body(geometry::make_box(Vec3(0.12, 0.12, 0.09)), rubber);
         world.step();
         const std::int32_t planes = 2 + static_cast<std::int32_t>(random.below(4));
         for (std::int32_t k = 0; k < planes; ++k) {
-            const Vec3 point = random.uniform(-0.03, 0.03) * direction();
-            body.cut_with_sheet(geometry::make_plane_sheet(point, direction(), 0.5), k, world.parallel());
+            const Vec3 point = random.uniform(-0.03, 0.03) * direction_in_cube(random);
+            body.cut_with_sheet(geometry::make_plane_sheet(point, direction_in_cube(random), 0.5), k,
+                                world.parallel());
         }
-        double first = 0, lowest = 0, rise = 0;
-        for (int step = 0; step < 60; ++step) {
-            const StepReport report = world.step();
-            const double now =
-                report.totals.kinetic_energy + report.totals.elastic_energy + report.totals.contact_energy;
-            if (step == 0) first = lowest = now;
-            rise = std::max(rise, now - lowest);
-            lowest = std::min(lowest, now);
-        }
-        gained += rise > 0.01 * first;
-        EXPECT_LT(rise, 0.1 * first);
+        EnergyRecord energy;
+        for (int step = 0; step < 60; ++step) energy.add(world, world.step());
+        gained += energy.rise() > 0.01 * energy.first();
+        EXPECT_LT(energy.rise(), 0.1 * energy.first());
     }
     EXPECT_LE(gained, 2) << "of 40";
 }
@@ -209,10 +214,6 @@ TEST(ContactEnergy, PiecesThatSpinTogetherGainNone) {
 // lie apart exert a couple on pieces that rotate, whose work would come from nothing.
 TEST(ContactEnergy, PilesThatTumbleGainNone) {
     Random random(8);
-    const auto direction = [&] {
-        const double x = random.uniform(-1, 1), y = random.uniform(-1, 1);
-        return Vec3(x, y, random.uniform(-1, 1)).normalized();
-    };
     int gained = 0;
     for (int trial = 0; trial < 16; ++trial) {
         WorldSettings settings = world_settings();
@@ -222,31 +223,21 @@ TEST(ContactEnergy, PilesThatTumbleGainNone) {
         settings.ground = meshless::GroundPlane{Vec3::UnitZ(), -0.08, random.uniform(0.2, 0.8)};
         World world(settings, one_thread());
         BodySettings rubber = fixtures::rubber(0.03, std::pow(10, random.uniform(6, 7.5)), 0);
-        rubber.angular_velocity = random.uniform(2, 8) * direction();
+        rubber.angular_velocity = random.uniform(2, 8) * direction_in_cube(random);
         SCOPED_TRACE(testing::Message() << "trial " << trial << ", " << rubber.material.youngs_modulus
                                         << " Pa, step " << settings.time_step << " s");
         Body& body = world.add_body(geometry::make_box(Vec3(0.12, 0.12, 0.09)), rubber);
         world.step();
         const std::int32_t planes = 4 + static_cast<std::int32_t>(random.below(5));
         for (std::int32_t k = 0; k < planes; ++k) {
-            const Vec3 point = random.uniform(-0.03, 0.03) * direction();
-            body.cut_with_sheet(geometry::make_plane_sheet(point, direction(), 0.5), k, world.parallel());
+            const Vec3 point = random.uniform(-0.03, 0.03) * direction_in_cube(random);
+            body.cut_with_sheet(geometry::make_plane_sheet(point, direction_in_cube(random), 0.5), k,
+                                world.parallel());
         }
-        double first = 0, lowest = 0, rise = 0, least_potential = 1e300;
-        for (int step = 0; step < 60; ++step) {
-            const StepReport report = world.step();
-            const meshless::Momenta all = meshless::total_momenta(body.phyxels());
-            const double height = 9.81 * all.mass * all.centre.z();
-            const double now = report.totals.kinetic_energy + report.totals.elastic_energy +
-                               report.totals.contact_energy + height;
-            if (step == 0) first = lowest = now;
-            rise = std::max(rise, now - lowest);
-            lowest = std::min(lowest, now);
-            least_potential = std::min(least_potential, height);
-        }
-        const double brought = first - least_potential;
-        gained += rise > 0.02 * brought;
-        EXPECT_LT(rise, 0.03 * brought);
+        EnergyRecord energy;
+        for (int step = 0; step < 60; ++step) energy.add(world, world.step());
+        gained += energy.rise() > 0.02 * energy.brought();
+        EXPECT_LT(energy.rise(), 0.03 * energy.brought());
     }
     EXPECT_LE(gained, 1) << "of 16";
 }
