@@ -128,27 +128,17 @@ std::span<const ColliderOverlaps::Drawn> ColliderOverlaps::drawn(const Task& tas
     list_near(task, index, Time::end, parallel);
     for (const Near& near : near_) {
         if (!near.is_deep()) continue;
-        Vec3 position = near.point;
-        bool any = true;
-        for (int pass = 0; any && pass < tuning::overlaps::max_lifts; ++pass) {
-            any = false;
-            for (std::size_t c = 0; c < poses_.size(); ++c) {
-                const geometry::SignedDistance::Sample at =
-                    task.colliders[c].solid->at(poses_[c].to_after * position);
-                const double height = -at.distance - near.allowed;
-                if (!(height > 0 && height < tuning::overlaps::max_drawn_share * body.spacing)) continue;
-                position += height * (poses_[c].after.linear() * at.normal);
-                any = any || height > tuning::overlaps::negligible_share * body.spacing;
-            }
-        }
+        const Vec3 position =
+            near.point + lift_of(task, {&near, 1}, 0, tuning::overlaps::max_drawn_share * body.spacing);
         if (position.allFinite()) drawn_.push_back({near.vertex, position});
     }
     return drawn_;
 }
 
-// Returns the translation, m, that takes the vertices of a piece up to the depth that is allowed. Colliders
-// between which there is no room leave an overlap.
-Vec3 ColliderOverlaps::lift_of(const Task& task, std::span<const Near> near, double spacing) const {
+// Returns the translation, m, that takes vertices up to the depth that is allowed, as far as they are deeper
+// by more than `least` and less than `most`, m. Colliders between which there is no room leave an overlap.
+Vec3 ColliderOverlaps::lift_of(const Task& task, std::span<const Near> near, double least,
+                               double most) const {
     Vec3 lift = Vec3::Zero();
     bool any = true;
     for (int pass = 0; any && pass < tuning::overlaps::max_lifts; ++pass) {
@@ -163,7 +153,7 @@ Vec3 ColliderOverlaps::lift_of(const Task& task, std::span<const Near> near, dou
                 height = -at.distance - vertex.allowed;
                 normal = at.normal;
             }
-            if (!(height > tuning::overlaps::negligible_share * spacing)) continue;
+            if (!(height > least && height < most)) continue;
             lift += height * (poses_[c].after.linear() * normal);
             any = true;
         }
@@ -252,7 +242,8 @@ ColliderOverlaps::PieceMotion ColliderOverlaps::translate(meshless::Phyxels& phy
 void ColliderOverlaps::lift(const Task& task, const BodyView& body, std::span<const Near> near,
                             Outcome& outcome) {
     const std::int32_t piece = near.front().piece;
-    const Vec3 shift = lift_of(task, near, body.spacing);
+    const Vec3 shift = lift_of(task, near, tuning::overlaps::negligible_share * body.spacing,
+                               std::numeric_limits<double>::infinity());
     if (shift.isZero(0) || !shift.allFinite()) return;
     ++outcome.pieces;
     meshless::Phyxels& phyxels = body.phyxels;

@@ -97,7 +97,7 @@ class ColliderOverlaps {
     void allow_depths(const BodyView& body, std::span<const Depth> kept);
     void take_poses(const Task& task);
     void keep_deep_pieces(const BodyView& body);
-    Vec3 lift_of(const Task& task, std::span<const Near> near, double spacing) const;
+    Vec3 lift_of(const Task& task, std::span<const Near> near, double least, double most) const;
     void list_stops(const Task& task, std::span<const Near> near, const Vec3& lift,
                     const PieceMotion& motion);
     void stop(PieceMotion& motion);

@@ -18,6 +18,7 @@ double ImplicitSolver::weight_of_pieces(const Job& job, std::span<const std::uin
     return mass * job.input.gravity.norm();
 }
 
+// Sums the masses of pieces; those of which a part is held count as infinitely heavy.
 void ImplicitSolver::sum_piece_masses(const Job& job) {
     conditions_.piece_mass.assign(conditions_.hit.size(), 0);
     for (std::size_t i = 0; i < job.phyxels.size(); ++i)
