@@ -73,6 +73,21 @@ class EnergyRecord {
     double first_ = 0, lowest_ = 0, rise_ = 0, least_potential_ = 0;
 };
 
+// Adds a block, cuts it by random planes after a step, and returns the energy in the sixty steps after that.
+EnergyRecord energy_of_cut_block(World& world, const BodySettings& rubber, std::int32_t planes,
+                                 Random& random) {
+    Body& body = world.add_body(geometry::make_box(Vec3(0.12, 0.12, 0.09)), rubber);
+    world.step();
+    for (std::int32_t k = 0; k < planes; ++k) {
+        const Vec3 point = random.uniform(-0.03, 0.03) * direction_in_cube(random);
+        body.cut_with_sheet(geometry::make_plane_sheet(point, direction_in_cube(random), 0.5), k,
+                            world.parallel());
+    }
+    EnergyRecord out;
+    for (int step = 0; step < 60; ++step) out.add(world, world.step());
+    return out;
+}
+
 constexpr double end_tolerance = 1e-5;  // J, allowed at the end of a run
 
 // Runs the steps and compares the energy (kinetic, elastic, potential and in the contact springs) with its
@@ -194,16 +209,8 @@ TEST(ContactEnergy, PiecesThatSpinTogetherGainNone) {
         rubber.angular_velocity = spin * direction_in_cube(random);
         SCOPED_TRACE(testing::Message() << "trial " << trial << ", " << rubber.material.youngs_modulus
                                         << " Pa, step " << settings.time_step << " s");
-        Body& body = world.add_body(geometry::make_box(Vec3(0.12, 0.12, 0.09)), rubber);
-        world.step();
         const std::int32_t planes = 2 + static_cast<std::int32_t>(random.below(4));
-        for (std::int32_t k = 0; k < planes; ++k) {
-            const Vec3 point = random.uniform(-0.03, 0.03) * direction_in_cube(random);
-            body.cut_with_sheet(geometry::make_plane_sheet(point, direction_in_cube(random), 0.5), k,
-                                world.parallel());
-        }
-        EnergyRecord energy;
-        for (int step = 0; step < 60; ++step) energy.add(world, world.step());
+        const EnergyRecord energy = energy_of_cut_block(world, rubber, planes, random);
         gained += energy.rise() > 0.01 * energy.first();
         EXPECT_LT(energy.rise(), 0.1 * energy.first());
     }
@@ -226,16 +233,8 @@ TEST(ContactEnergy, PilesThatTumbleGainNone) {
         rubber.angular_velocity = random.uniform(2, 8) * direction_in_cube(random);
         SCOPED_TRACE(testing::Message() << "trial " << trial << ", " << rubber.material.youngs_modulus
                                         << " Pa, step " << settings.time_step << " s");
-        Body& body = world.add_body(geometry::make_box(Vec3(0.12, 0.12, 0.09)), rubber);
-        world.step();
         const std::int32_t planes = 4 + static_cast<std::int32_t>(random.below(5));
-        for (std::int32_t k = 0; k < planes; ++k) {
-            const Vec3 point = random.uniform(-0.03, 0.03) * direction_in_cube(random);
-            body.cut_with_sheet(geometry::make_plane_sheet(point, direction_in_cube(random), 0.5), k,
-                                world.parallel());
-        }
-        EnergyRecord energy;
-        for (int step = 0; step < 60; ++step) energy.add(world, world.step());
+        const EnergyRecord energy = energy_of_cut_block(world, rubber, planes, random);
         gained += energy.rise() > 0.02 * energy.brought();
         EXPECT_LT(energy.rise(), 0.03 * energy.brought());
     }
