@@ -227,10 +227,9 @@ TEST(Misuse, CallsFromACallbackOrBesideAnotherAreRefused) {
     std::thread reader([&] {
         while (!ends) (kind_of_error([&] { s.piece_count(t.block); }) < 0 ? done : refused)++;
     });
-    for (int k = 0; k < 200; ++k) kind_of_error([&] { s.step(); });
+    for (int k = 0; k < 200 || done + refused == 0; ++k) kind_of_error([&] { s.step(); });
     ends = true;
     reader.join();
-    EXPECT_GT(done + refused, 0);
 }
 
 TEST(Misuse, AStepThatFailedHalfWayLeavesUndoAndLoad) {
