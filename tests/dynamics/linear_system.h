@@ -2,6 +2,7 @@
 #pragma once
 
 #include <splitcubes/dynamics/implicit/aggregates.h>
+#include <splitcubes/dynamics/implicit/block_jacobi.h>
 #include <splitcubes/dynamics/implicit/rigid_modes.h>
 
 #include "bodies.h"
@@ -16,7 +17,7 @@
 
 namespace splitcubes::meshless::fixtures {
 
-enum class Preconditioner : std::uint8_t { diagonal, aggregates, rigid_modes };
+enum class Preconditioner : std::uint8_t { diagonal, aggregates, rigid_modes, blocks };
 
 /// A body with the linear system of a step, linearised at its current positions.
 struct LinearSystem {
@@ -26,6 +27,7 @@ struct LinearSystem {
     Aggregates aggregates;
     SlicedElasticity elastic;
     std::unique_ptr<RigidModes> modes = std::make_unique<RigidModes>();
+    std::unique_ptr<BlockJacobi> blocks = std::make_unique<BlockJacobi>();
 
     LinearSystem(Specimen specimen, double dt) : body(std::move(specimen)) {
         held.assign(size(), 0);
@@ -35,14 +37,16 @@ struct LinearSystem {
     void hold(const std::function<bool(const Vec3&)>& which) {
         for (std::size_t i = 0; i < size(); ++i) held[i] = which(body.phyxels.rest_position[i]);
     }
-    void update(const Parallel& parallel) {
+    void update(const Parallel& parallel, const ContactProducts* springs = nullptr) {
         aggregates.update(body.phyxels, body.neighbourhoods, held, parallel);
         aggregates.compute_weights(body.neighbourhoods, 1, inertia, added, parallel);
         elastic.take_state(body.neighbourhoods, body.material, configuration_of(body.phyxels), parallel);
         modes->clear();
         const std::array<RigidModes::Part, 1> parts = {
             RigidModes::Part{body.neighbourhoods, aggregates, elastic, body.phyxels.position, inertia, 1}};
-        modes->build(parts, nullptr);
+        modes->build(parts, springs);
+        blocks->clear();
+        blocks->build(parts, springs, parallel);
     }
     std::vector<Vec3> random_residual(Random& random) const {
         std::vector<Vec3> r(size(), Vec3::Zero());
@@ -73,14 +77,24 @@ struct LinearSystem {
     /// Returns the displacements by rigid modes for r; `product`: their product with r, as reported.
     std::vector<Vec3> correct_by_modes(const std::vector<Vec3>& r, const Parallel& parallel,
                                        double& product) {
+        return correct_by_part(*modes, r, parallel, product);
+    }
+    /// The same by exact solves of blocks.
+    std::vector<Vec3> correct_by_blocks(const std::vector<Vec3>& r, const Parallel& parallel,
+                                        double& product) {
+        return correct_by_part(*blocks, r, parallel, product);
+    }
+    template <class Part>
+    std::vector<Vec3> correct_by_part(Part& part, const std::vector<Vec3>& r, const Parallel& parallel,
+                                      double& product) {
         const std::size_t n = body.neighbourhoods.slices().stride();
         FloatArray in(3 * n, 0), out(3 * n, 0);
         for (std::size_t i = 0; i < size(); ++i)
             for (std::size_t k = 0; k < 3; ++k) in[k * n + i] = static_cast<float>(r[i][static_cast<int>(k)]);
         const std::array<ContactProducts::RowPart, 1> rows = {
             ContactProducts::RowPart{n, in.data(), out.data()}};
-        product = modes->correct(rows, parallel);
-        modes->add_correction(rows, parallel);
+        product = part.correct(rows, parallel);
+        part.add_correction(rows, parallel);
         std::vector<Vec3> z(size());
         for (std::size_t i = 0; i < size(); ++i)
             for (std::size_t k = 0; k < 3; ++k)
@@ -92,7 +106,11 @@ struct LinearSystem {
         double product = 0;
         if (preconditioner == Preconditioner::diagonal) return std::vector<Vec3>(size(), Vec3::Zero());
         if (preconditioner == Preconditioner::aggregates) return correct(r, parallel);
-        return correct_by_modes(r, parallel, product);
+        std::vector<Vec3> z = correct_by_modes(r, parallel, product);
+        if (preconditioner != Preconditioner::blocks) return z;
+        const std::vector<Vec3> by_blocks = correct_by_blocks(r, parallel, product);
+        for (std::size_t i = 0; i < size(); ++i) z[i] += by_blocks[i];
+        return z;
     }
     // Number of iterations to a relative residual of a thousandth, in the norm of the inverse diagonal.
     int iterations(const std::vector<Vec3>& rhs, Preconditioner preconditioner, const Parallel& parallel);

@@ -243,10 +243,10 @@ class KeptEnergy {
     std::size_t steps_ = 0;
 };
 
-// The crack pattern is chaotic, and so is how much crumbles below the ball: at two places of three it breaks
-// across, and at one of eleven that do the halves hold 0.83 of the plate.
+// The crack pattern is chaotic, and so is how much crumbles below the ball: at 14 places of 15 the plate
+// breaks across, and at three of these a third part has more than a tenth of it.
 TEST(Scenes, AFallingBallBreaksThePlate) {
-    int broken = 0, crumbled = 0;
+    int broken = 0;
     for (const std::string place : {"[0.01,0.01,0.25]", "[0.02,0.01,0.25]", "[0.02,0.02,0.25]"}) {
         SCOPED_TRACE(place);
         std::vector<std::string> overrides = coarse_plate;
@@ -271,14 +271,13 @@ TEST(Scenes, AFallingBallBreaksThePlate) {
         const double plate = total_mass(run.world->bodies()[0]->phyxels());
         if (parts.size() < 2 || parts[1].mass < 0.3 * plate) continue;
         ++broken;
-        EXPECT_GT(parts[0].mass + parts[1].mass, 0.8 * plate);
-        crumbled += parts[0].mass + parts[1].mass > 0.85 * plate ? 0 : 1;
+        const double splinter = parts.size() > 2 ? parts[2].mass : 0;
+        EXPECT_GT(parts[0].mass + parts[1].mass + splinter, 0.85 * plate);
         // On the intact plate it would lie at 0.2.
         EXPECT_LT(meshless::total_momenta(run.world->bodies()[1]->phyxels()).centre[2], 0.18)
             << "the ball sinks between the halves";
     }
     EXPECT_GE(broken, 2);
-    EXPECT_LE(crumbled, 1);
 }
 
 TEST(Scenes, FasterBallsBreakThePlateAsWell) {

@@ -31,17 +31,21 @@ void check_step_input(const Phyxels& phyxels, const StepInput& input) {
     check_length(input.held_position.size(), phyxels.size(), "held_position");
 }
 
-double largest_rotation_rate(const Phyxels& phyxels, std::span<const Momenta> pieces) {
-    double rate = 0;
-    for (std::size_t k = 0; k < pieces.size(); ++k)
-        if (pieces[k].mass > 0 && phyxels.rigid.index(static_cast<std::int32_t>(k)) < 0)
-            rate = std::max(rate, angular_velocity(pieces[k].inertia, pieces[k].angular_momentum).norm());
-    return rate;
+double find_rotation_rates(const Phyxels& phyxels, std::span<const Momenta> pieces,
+                           std::vector<double>& rates) {
+    rates.assign(pieces.size(), 0);
+    double largest = 0;
+    for (std::size_t k = 0; k < pieces.size(); ++k) {
+        if (!(pieces[k].mass > 0) || phyxels.rigid.index(static_cast<std::int32_t>(k)) >= 0) continue;
+        rates[k] = angular_velocity(pieces[k].inertia, pieces[k].angular_momentum).norm();
+        largest = std::max(largest, rates[k]);
+    }
+    return largest;
 }
 
 void MomentumKeeper::begin(const Phyxels& phyxels, int piece_count, const Parallel& parallel) {
     momenta_of_pieces(phyxels, piece_count, before_, partial_, parallel);
-    largest_rate_ = largest_rotation_rate(phyxels, before_);
+    largest_rate_ = find_rotation_rates(phyxels, before_, rate_);
     bound_.assign(static_cast<std::size_t>(piece_count) + 1, 0);
     bound_.back() = 1;
     joined_.resize(bound_.size());

@@ -13,8 +13,10 @@ namespace splitcubes::meshless {
 /// Throws InputError when dt is not positive or an array has a wrong length.
 void check_step_input(const Phyxels& phyxels, const StepInput& input);
 
-/// Returns the largest rotation rate of the pieces that are not rigid, rad/s, from their momenta.
-double largest_rotation_rate(const Phyxels& phyxels, std::span<const Momenta> pieces);
+/// Computes the rotation rates of pieces, rad/s, from their momenta; those of rigid pieces are zero. Returns
+/// the largest.
+double find_rotation_rates(const Phyxels& phyxels, std::span<const Momenta> pieces,
+                           std::vector<double>& rates);
 
 /// Restores momenta: gives pieces the rigid velocity that restores their linear momentum and their angular
 /// momentum about the centre of mass. Joined pieces are treated as one.
@@ -24,6 +26,8 @@ class MomentumKeeper {
     void begin(const Phyxels& phyxels, int piece_count, const Parallel& parallel);
     /// Returns the largest rotation rate of an elastic piece before the step, rad/s.
     double largest_rate() const { return largest_rate_; }
+    /// Returns the rotation rate of a piece before the step, rad/s; zero for rigid pieces.
+    double rate(std::size_t piece) const { return rate_[piece]; }
     /// Excludes a piece that is held or in contact with something else: its momenta are not restored.
     void bind(std::int32_t piece) { bound_[slot(piece)] = 1; }
     /// Joins two pieces in contact: only their total momenta are restored.
@@ -54,6 +58,7 @@ class MomentumKeeper {
     std::vector<Momenta> before_, after_, group_;  // per slot; group_: of the whole group
     std::vector<Momenta> partial_;                 // per chunk and piece
     std::vector<Momenta> group_sum_;               // per slot, scratch
+    std::vector<double> rate_;                     // rad/s, per piece
     double largest_rate_ = 0;
     std::vector<Vec3> mean_;          // m/s, per slot, velocity of its group before a correction
     std::vector<Vec3> centre_shift_;  // m, per slot, position correction of its group

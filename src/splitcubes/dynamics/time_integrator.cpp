@@ -178,7 +178,7 @@ SolverReport TimeIntegrator::step_with_substeps(Phyxels& phyxels, const Neighbou
 double TimeIntegrator::largest_rotation(const Phyxels& phyxels, const StepInput& input,
                                         const Parallel& parallel) {
     momenta_of_pieces(phyxels, input.piece_count, stage_start_.momenta, stage_start_.partial, parallel);
-    return largest_rotation_rate(phyxels, stage_start_.momenta) * input.dt;
+    return find_rotation_rates(phyxels, stage_start_.momenta, stage_start_.rates) * input.dt;
 }
 
 // Returns the number of parts of the step in which no piece rotates too far. The velocities that multistep

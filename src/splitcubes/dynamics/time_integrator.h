@@ -86,6 +86,7 @@ class TimeIntegrator {
     struct Start {
         std::vector<Vec3> position, velocity;   // m, m/s
         std::vector<Momenta> momenta, partial;  // per piece; scratch
+        std::vector<double> rates;              // rad/s, per piece; scratch
     };
 
     ImplicitSolver implicit_;

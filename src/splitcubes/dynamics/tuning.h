@@ -15,6 +15,8 @@ namespace grains {
 
 /// Aggregates, 1 to 64. Few, as coarse aggregates have many phyxels.
 inline constexpr std::size_t aggregates = 8;
+/// Blocks of BlockJacobi, 1 to 64. Larger balances threads worse; smaller costs scheduling.
+inline constexpr std::size_t blocks = 16;
 
 }  // namespace grains
 
@@ -81,9 +83,17 @@ inline constexpr double max_loose_factor = 10;
 inline constexpr double first_early_share = 0.2;
 /// The same for later solves of a step.
 inline constexpr double early_share = 0.1;
+/// Share of the diagonal that is added to the blocks of BlockJacobi, 1e-6 to 1e-4: single precision cannot
+/// tell rigid motions of stiff blocks from none; RigidModes solves for them. Larger makes the blocks less
+/// exact; smaller loses blocks to rounding.
+inline constexpr float block_shift = 1e-5F;
 /// Relative change of the spring stiffness, 0 to 1, above which aggregates are weighed again. Larger makes
 /// the coarse correction fit less, which costs iterations; smaller costs weighings.
 inline constexpr double reweighing_share = 0.1;
+/// Iterations with rigid modes in a step, per phyxel in the mean aggregate, 0.1 to 2, after which aggregates
+/// are solved exactly. Larger iterates longer in stiff slivers; smaller factorises where few iterations would
+/// do.
+inline constexpr double iterations_per_block_size = 0.5;
 /// Factor by which a squared residual may fall, 1e-13 to 1e-8, before single precision is exhausted and the
 /// residual is recomputed in double precision. Smaller iterates on noise; larger recomputes more often.
 inline constexpr double single_precision_share = 1e-11;

@@ -79,7 +79,7 @@ void ImplicitSolver::Group::relinearise() {
         });
         s.linearise(job);
     });
-    modes.clear();
+    slow.clear_matrices();
     solve_with_contacts();
 }
 
@@ -188,8 +188,9 @@ void ImplicitSolver::mark_restrained(const Job& job, const ContactInput& contact
 
 void ImplicitSolver::prepare(const Job& job) {
     find_step_conditions(job);
-    predict(job);
     momenta_.begin(job.phyxels, job.input.piece_count, job.parallel);
+    mark_far_turns(job);
+    predict(job);
     start_guess(job);
     linearise(job);
 }

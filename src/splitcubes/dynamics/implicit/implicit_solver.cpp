@@ -82,6 +82,18 @@ void ImplicitSolver::find_step_conditions(const Job& job) {
                                }) > 0;
 }
 
+// Marks the pieces that turn so far in the step that BDF2, which extrapolates along chords, would take the
+// rest of the rotation for strain.
+void ImplicitSolver::mark_far_turns(const Job& job) {
+    conditions_.turns_far.assign(static_cast<std::size_t>(job.input.piece_count) + 1, 0);
+    const double max_rate = tuning::stages::max_rotation / job.input.dt;
+    if (!(momenta_.largest_rate() > max_rate)) return;
+    for (std::size_t k = 0; k + 1 < conditions_.turns_far.size(); ++k)
+        conditions_.turns_far[k] = momenta_.rate(k) > max_rate;
+    for (std::size_t i = 0; i < job.phyxels.size(); ++i)
+        if (conditions_.held[i] != 0) conditions_.turns_far[piece_of(job, i)] = 0;
+}
+
 // Returns whether the last step can serve as history. BDF2 by itself takes equal steps only.
 bool ImplicitSolver::has_history(const Job& job) {
     if (job.options.stage != TimeStage::none) return job.phyxels.history_step > 0;
@@ -121,7 +133,8 @@ void ImplicitSolver::choose_step_size(const Job& job, std::size_t i) {
                           job.neighbourhoods.weight()[l] > 0;
     const bool is_second_order = can_be_second_order && (is_trapezoidal || phyxels.restart_history[i] == 0) &&
                                  conditions_.held[i] == 0 && !beside_inverted &&
-                                 conditions_.hit[piece_of(job, i)] == 0;
+                                 conditions_.hit[piece_of(job, i)] == 0 &&
+                                 conditions_.turns_far[piece_of(job, i)] == 0;
     system_.b[i] = is_second_order ? second_order_step(job) : job.input.dt;
 }
 
@@ -255,6 +268,7 @@ void ImplicitSolver::guess_acceleration(const Job& job, std::size_t i) {
     vectors_.p[i].setZero();
     smoothing_.high_acceleration[i] = 0;
     if (!job.options.warm_start || !(is_continued || supported)) return;
+    if (conditions_.turns_far[piece_of(job, i)] != 0) return;
     const double last_step = is_continued ? phyxels.history_step : job.input.dt;
     Vec3 acceleration = (phyxels.velocity[i] - phyxels.previous_velocity[i]) / last_step;
     // The velocity jump of an impact does not continue as an acceleration.
@@ -559,8 +573,9 @@ void ImplicitSolver::finish_phyxel(const Job& job, std::size_t i) {
     phyxels.position[i] = x;
     phyxels.velocity[i] = v;
     // BDF2 would extrapolate the velocity jump of an impact.
-    phyxels.restart_history[i] =
-        conditions_.held[i] != 0 || conditions_.failed[i] != 0 || conditions_.hit[piece_of(job, i)] != 0;
+    const std::size_t piece = piece_of(job, i);
+    phyxels.restart_history[i] = conditions_.held[i] != 0 || conditions_.failed[i] != 0 ||
+                                 conditions_.hit[piece] != 0 || conditions_.turns_far[piece] != 0;
 }
 
 // Returns the phyxel's piece, or piece_count if it is out of range.

@@ -34,7 +34,9 @@ namespace splitcubes::meshless {
 ///
 /// Rotations are finite: where a piece turns in the prediction or in a solve, the rigid rotation of its
 /// displacements is carried out as one, and the system is linearised there. Straight lines would stretch a
-/// piece that turns by an angle a by a^2 / 2.
+/// piece that turns by an angle a by a^2 / 2. A free piece that turns by more than
+/// tuning::stages::max_rotation uses backward Euler in this step and the next: BDF2 extrapolates along the
+/// chords of two steps.
 ///
 /// Momentum: an unfinished solve changes it, and backward Euler loses angular momentum. Therefore each piece
 /// that is neither held nor in contact, and each group of pieces that touch nothing but each other, receives
@@ -103,6 +105,7 @@ class ImplicitSolver {
       private:
         std::unique_ptr<Group> group_;
     };
+    void mark_far_turns(const Job& job);
     void mark_hits(const Job& job, const ContactInput& contacts, std::span<const std::uint8_t> impact,
                    std::uint32_t part);
     void mark_force_jumps(const Job& job, const ContactForces& forces, const ContactInput& contacts,
@@ -213,6 +216,7 @@ class ImplicitSolver {
         std::vector<std::uint8_t> failed;   // per phyxel, went non-finite in this step
         // Per piece, and one for phyxels without a piece:
         std::vector<std::uint8_t> hit;         // hit in this step
+        std::vector<std::uint8_t> turns_far;   // free, and turns too far for BDF2
         std::vector<std::uint8_t> supported;   // held, or in contact in the previous step
         std::vector<std::uint8_t> restrained;  // held or pulled by a handle
         std::vector<std::uint8_t> near;        // may touch something

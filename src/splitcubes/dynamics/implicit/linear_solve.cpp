@@ -148,7 +148,7 @@ void ImplicitSolver::Group::list_springs() {
     if (forces->empty()) return;
     if (!forces->list_springs() && are_diagonals_set) return;
     are_diagonals_set = true;
-    modes.clear_springs();
+    slow.clear_springs();
     diagonals.clear();
     each([&](ImplicitSolver& s, const Job&, std::uint32_t) {
         diagonals.push_back({s.system_.mobility, s.system_.inverse, s.conditions_.held});
@@ -185,11 +185,15 @@ double ImplicitSolver::Group::advance(float alpha) {
 
 // Applies the coarse part of the preconditioner; returns its product with the residual.
 double ImplicitSolver::Group::correct() {
-    if (modes.is_built()) {
-        take_smoothing_rows();
-        return modes.correct(rows, jobs[0].parallel);
-    }
     double square = 0;
+    if (slow.blocks.is_built()) {
+        take_smoothing_rows();
+        square += slow.blocks.correct(rows, jobs[0].parallel);
+    }
+    if (slow.modes.is_built()) {
+        take_smoothing_rows();
+        return square + slow.modes.correct(rows, jobs[0].parallel);
+    }
     each([&](ImplicitSolver& s, const Job& job, std::uint32_t) {
         square += s.aggregates_.correct(s.cg_.r.data(), job.parallel);
     });
@@ -204,9 +208,13 @@ void ImplicitSolver::Group::update_direction(float beta) {
                                        coarse, s.cg_.p.data());
         });
     });
-    if (modes.is_built()) {
+    if (slow.modes.is_built()) {
         take_smoothing_rows();
-        modes.add_correction(rows, jobs[0].parallel);
+        slow.modes.add_correction(rows, jobs[0].parallel);
+    }
+    if (slow.blocks.is_built()) {
+        take_smoothing_rows();
+        slow.blocks.add_correction(rows, jobs[0].parallel);
     }
     if (forces->empty()) return;
     take_smoothing_rows();
@@ -222,14 +230,33 @@ int ImplicitSolver::Group::iterations_without_modes() {
            static_cast<int>(tuning::solve::iterations_per_aggregate * static_cast<double>(count));
 }
 
-void ImplicitSolver::Group::build_modes() {
-    std::vector<RigidModes::Part> modes_of;
+// Returns the number of iterations in a step after which blocks pay: factorising takes longer for larger
+// aggregates.
+int ImplicitSolver::Group::iterations_without_blocks() {
+    std::size_t count = 1, phyxels = 0;
     each([&](ImplicitSolver& s, const Job& job, std::uint32_t) {
-        s.aggregates_.clear_correction();
-        modes_of.push_back({job.neighbourhoods, s.aggregates_, s.elastic_, s.system_.base, s.system_.diagonal,
-                            1 + s.damping_ratio(job)});
+        count += s.aggregates_.count();
+        phyxels += job.phyxels.size();
     });
-    modes.build(modes_of, forces->empty() ? nullptr : &forces->products());
+    return static_cast<int>(tuning::solve::iterations_per_block_size * static_cast<double>(phyxels / count));
+}
+
+std::vector<RigidModes::Part> ImplicitSolver::Group::coarse_parts() {
+    std::vector<RigidModes::Part> out;
+    each([&](ImplicitSolver& s, const Job& job, std::uint32_t) {
+        out.push_back({job.neighbourhoods, s.aggregates_, s.elastic_, s.system_.base, s.system_.diagonal,
+                       1 + s.damping_ratio(job)});
+    });
+    return out;
+}
+
+void ImplicitSolver::Group::build_modes() {
+    each([](ImplicitSolver& s, const Job&, std::uint32_t) { s.aggregates_.clear_correction(); });
+    slow.modes.build(coarse_parts(), forces->empty() ? nullptr : &forces->products());
+}
+
+void ImplicitSolver::Group::build_blocks() {
+    slow.blocks.build(coarse_parts(), forces->empty() ? nullptr : &forces->products(), jobs[0].parallel);
 }
 
 // Iterates until the squared residual r is at most `goal` or `limit` iterations are done, and adds the
@@ -258,15 +285,24 @@ double ImplicitSolver::Group::iterate(double goal, int& iterations_left, int lim
 
 // Runs conjugate gradients until the squared residual r is at most `goal` and adds the correction to d;
 // returns the squared residual reached. Solves that turn out to be slow go on with the rigid modes of the
-// aggregates, as do the following solves of the step.
+// aggregates, and then with exact solves of them, as do the following solves of the step.
 double ImplicitSolver::Group::conjugate_gradients(double goal, int& iterations_left) {
     list_springs();
-    if (!are_modes_needed) {
+    if (!slow.need_modes) {
         const double square = iterate(goal, iterations_left, iterations_without_modes());
         if (!(square > goal) || iterations_left == 0) return square;
-        are_modes_needed = true;
+        slow.need_modes = true;
     }
-    if (!modes.is_built()) build_modes();
+    if (!slow.modes.is_built()) build_modes();
+    if (!slow.need_blocks) {
+        const int before = iterations_left;
+        const double square =
+            iterate(goal, iterations_left, iterations_without_blocks() - slow.iterations_with_modes);
+        slow.iterations_with_modes += before - iterations_left;
+        if (!(square > goal) || iterations_left == 0) return square;
+        slow.need_blocks = true;
+    }
+    if (!slow.blocks.is_built()) build_blocks();
     return iterate(goal, iterations_left, iterations_left);
 }
 

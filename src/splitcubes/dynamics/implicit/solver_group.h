@@ -1,12 +1,36 @@
 // Bodies that take an implicit step together. Private to ImplicitSolver.
 #pragma once
 
+#include <splitcubes/dynamics/implicit/block_jacobi.h>
 #include <splitcubes/dynamics/implicit/implicit_solver.h>
 #include <splitcubes/dynamics/implicit/rigid_modes.h>
 
 #include <functional>
 
 namespace splitcubes::meshless {
+
+/// What the preconditioner has for solves that turn out to be slow.
+struct SlowSolves {
+    RigidModes modes;
+    BlockJacobi blocks;
+    bool need_modes = false;        // a solve of this step was slow without them
+    bool need_blocks = false;       // solves of this step were slow with modes alone
+    int iterations_with_modes = 0;  // of this step, before blocks were needed
+
+    void clear_matrices() {
+        modes.clear();
+        blocks.clear();
+    }
+    void clear_springs() {
+        modes.clear_springs();
+        blocks.clear_springs();
+    }
+    void begin_step() {
+        clear_matrices();
+        need_modes = need_blocks = false;
+        iterations_with_modes = 0;
+    }
+};
 
 /// Bodies that are solved together, and their contacts.
 struct ImplicitSolver::Group {
@@ -24,14 +48,12 @@ struct ImplicitSolver::Group {
     double spring_stiffness = 0;     // N/m, sum of the springs' contributions to the diagonals
     bool are_diagonals_set = false;  // set in products(), since the bodies' diagonals changed
     double weighed_stiffness = -1;   // N/m, spring_stiffness when the aggregates were weighed; -1: never
-    RigidModes modes;
-    bool are_modes_needed = false;            // a solve of this step was slow without them
+    SlowSolves slow;
     std::vector<std::uint8_t> impact;         // per contact (find_impacts)
     std::vector<std::uint8_t> pushed_before;  // per contact (find_impacts)
 
     void clear() {
-        are_modes_needed = false;
-        modes.clear();
+        slow.begin_step();
         solvers.clear();
         jobs.clear();
         parts.clear();
@@ -92,6 +114,9 @@ struct ImplicitSolver::Group {
     double iterate(double goal, int& iterations_left, int limit);
     int iterations_without_modes();
     void build_modes();
+    int iterations_without_blocks();
+    void build_blocks();
+    std::vector<RigidModes::Part> coarse_parts();
     double begin_direction();
     double apply_to_direction();
     double advance(float alpha);
