@@ -1,6 +1,7 @@
 #include <splitcubes/dynamics/implicit/block_jacobi.h>
 #include <splitcubes/dynamics/tuning.h>
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <array>
 #include <functional>
@@ -196,20 +197,21 @@ bool BlockJacobi::have_springs_changed(const Block& block) {
 
 void BlockJacobi::factorise(Block& block) {
     if (block.is_factorised && !have_springs_changed(block)) return;
-    block.scaled = block.elastic;
+    block.factor = block.elastic;
     for (const SpringTerm& term : block.springs)
-        block.scaled.block<3, 3>(term.row, term.column) += term.stiffness;
-    const Eigen::Index size = block.scaled.rows();
+        block.factor.block<3, 3>(term.row, term.column) += term.stiffness;
+    const Eigen::Index size = block.factor.rows();
     block.scale =
-        block.scaled.diagonal().cwiseMax(std::numeric_limits<float>::min()).cwiseInverse().cwiseSqrt();
+        block.factor.diagonal().cwiseMax(std::numeric_limits<float>::min()).cwiseInverse().cwiseSqrt();
     for (Eigen::Index column = 0; column < size; ++column) {
-        block.scaled.col(column).tail(size - column).array() *=
+        block.factor.col(column).tail(size - column).array() *=
             block.scale(column) * block.scale.tail(size - column).array();
-        block.scaled(column, column) += tuning::solve::block_shift;
+        block.factor(column, column) += tuning::solve::block_shift;
     }
-    block.factors.compute(block.scaled);
-    block.is_positive = block.factors.info() == Eigen::Success &&
-                        block.factors.matrixLLT().diagonal().allFinite() && block.scale.allFinite();
+    // In place.
+    const Eigen::LLT<Eigen::Ref<Eigen::MatrixXf>> factorisation(block.factor);
+    block.is_positive = factorisation.info() == Eigen::Success && block.factor.diagonal().allFinite() &&
+                        block.scale.allFinite();
     block.factor_springs = block.springs;
     block.is_factorised = true;
 }
@@ -239,7 +241,8 @@ double BlockJacobi::correct(std::span<const ContactProducts::RowPart> rows, cons
                     Vec3f(in[0], in[row.stride], in[2 * row.stride]);
             }
             block.solution = block.scale.cwiseProduct(block.residual);
-            block.factors.solveInPlace(block.solution);
+            block.factor.triangularView<Eigen::Lower>().solveInPlace(block.solution);
+            block.factor.transpose().triangularView<Eigen::Upper>().solveInPlace(block.solution);
             block.solution.array() *= block.scale.array();
         }
     };

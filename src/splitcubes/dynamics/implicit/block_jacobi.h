@@ -4,7 +4,7 @@
 #include <splitcubes/contact/response/contact_products.h>
 #include <splitcubes/dynamics/implicit/rigid_modes.h>
 
-#include <Eigen/Cholesky>
+#include <Eigen/Core>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -50,13 +50,12 @@ class BlockJacobi {
     };
     struct Block {
         std::vector<Member> members;
-        // Lower triangles; components of a phyxel are adjacent. elastic: N/m, without springs; scaled: with
-        // springs and a diagonal of ones.
-        Eigen::MatrixXf elastic, scaled;
+        // Lower triangles; components of a phyxel are adjacent. elastic: N/m, without springs; factor: of the
+        // matrix with springs, scaled to a diagonal of ones.
+        Eigen::MatrixXf elastic, factor;
         Eigen::VectorXf scale;                            // (m/N)^1/2
         std::vector<SpringTerm> springs, factor_springs;  // present ones, those in the factors
-        Eigen::LLT<Eigen::MatrixXf> factors;
-        Eigen::VectorXf residual, solution;  // N, m
+        Eigen::VectorXf residual, solution;               // N, m
         bool is_factorised = false, is_positive = false;
     };
     /// Member of a block that a row sees.
