@@ -147,7 +147,7 @@ TEST(BlockJacobi, FollowsSprings) {
     EXPECT_NE(system.correct_by_blocks(r, parallel, product), anew);
     const std::array<RigidModes::Part, 1> parts = {
         RigidModes::Part{system.body.neighbourhoods, system.aggregates, system.elastic,
-                         system.body.phyxels.position, system.inertia, 1}};
+                         system.body.phyxels.rest_position, system.body.phyxels.position, system.inertia, 1}};
     system.blocks->clear_springs();
     EXPECT_FALSE(system.blocks->is_built());
     system.blocks->build(parts, &second, parallel);

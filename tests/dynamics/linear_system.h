@@ -42,8 +42,9 @@ struct LinearSystem {
         aggregates.compute_weights(body.neighbourhoods, 1, inertia, added, parallel);
         elastic.take_state(body.neighbourhoods, body.material, configuration_of(body.phyxels), parallel);
         modes->clear();
-        const std::array<RigidModes::Part, 1> parts = {
-            RigidModes::Part{body.neighbourhoods, aggregates, elastic, body.phyxels.position, inertia, 1}};
+        const std::array<RigidModes::Part, 1> parts = {RigidModes::Part{body.neighbourhoods, aggregates,
+                                                                        elastic, body.phyxels.rest_position,
+                                                                        body.phyxels.position, inertia, 1}};
         modes->build(parts, springs);
         blocks->clear();
         blocks->build(parts, springs, parallel);

@@ -11,7 +11,7 @@ namespace splitcubes::meshless {
 
 namespace {
 
-// Splits indices at the median of the longest side of their box until at most `most` are left.
+// Splits indices at the median along the longest side of their box until at most `most` are left.
 template <class Act>
 void bisect(std::span<std::uint32_t> indices, std::span<const Vec3> position, std::size_t most,
             const Act& act) {
@@ -65,7 +65,7 @@ void BlockJacobi::find_blocks(std::span<const RigidModes::Part> parts) {
         };
         for (std::size_t begin = 0, end = 0; begin < order.size(); begin = end) {
             while (end < order.size() && index[order[end]] == index[order[begin]]) ++end;
-            bisect(std::span(order).subspan(begin, end - begin), parts[p].position, max_size, add_block);
+            bisect(std::span(order).subspan(begin, end - begin), parts[p].rest_position, max_size, add_block);
         }
     }
 }

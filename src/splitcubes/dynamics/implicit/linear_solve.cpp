@@ -244,8 +244,8 @@ int ImplicitSolver::Group::iterations_without_blocks() {
 std::vector<RigidModes::Part> ImplicitSolver::Group::coarse_parts() {
     std::vector<RigidModes::Part> out;
     each([&](ImplicitSolver& s, const Job& job, std::uint32_t) {
-        out.push_back({job.neighbourhoods, s.aggregates_, s.elastic_, s.system_.base, s.system_.diagonal,
-                       1 + s.damping_ratio(job)});
+        out.push_back({job.neighbourhoods, s.aggregates_, s.elastic_, job.phyxels.rest_position,
+                       s.system_.base, s.system_.diagonal, 1 + s.damping_ratio(job)});
     });
     return out;
 }

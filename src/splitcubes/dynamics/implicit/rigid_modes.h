@@ -30,9 +30,10 @@ class RigidModes {
         const Neighbourhoods& neighbourhoods;
         const Aggregates& aggregates;
         const SlicedElasticity& elastic;
-        std::span<const Vec3> position;   // m, of linearisation
-        std::span<const double> inertia;  // N/m, per phyxel
-        double factor = 1;                // multiplies the stiffness
+        std::span<const Vec3> rest_position;  // m
+        std::span<const Vec3> position;       // m, of linearisation
+        std::span<const double> inertia;      // N/m, per phyxel
+        double factor = 1;                    // multiplies the stiffness
     };
 
     /// Discards the matrix. To be called after every linearisation.
