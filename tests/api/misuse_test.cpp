@@ -230,6 +230,7 @@ TEST(Misuse, CallsFromACallbackOrBesideAnotherAreRefused) {
     for (int k = 0; k < 200 || done + refused == 0; ++k) kind_of_error([&] { s.step(); });
     ends = true;
     reader.join();
+    EXPECT_GT(done + refused, 0);
 }
 
 TEST(Misuse, AStepThatFailedHalfWayLeavesUndoAndLoad) {

@@ -23,6 +23,16 @@ Specimen stiff_block(const Parallel& parallel) {
     return block(6, 5, 4, 0.02, material, parallel);
 }
 
+// Gives a body at rest an angular velocity, rad/s. Returns its kinetic energy, J.
+double spin(Specimen& body, const Vec3& rate) {
+    body.move([](const Vec3& at) -> Vec3 { return at; },
+              [&](const Vec3& at) -> Vec3 { return rate.cross(at); });
+    double energy = 0;
+    for (std::size_t i = 0; i < body.phyxels.size(); ++i)
+        energy += 0.5 * body.phyxels.mass[i] * body.phyxels.velocity[i].squaredNorm();
+    return energy;
+}
+
 // Displacements along straight lines that rotate and shift a block, at random: afterwards all distances are
 // those before.
 TEST(FiniteRotations, KeepDistances) {
@@ -76,12 +86,8 @@ TEST(FiniteRotations, TumblingBodiesKeepTheirEnergy) {
         Specimen body = block(3 + trial % 4, 4, 3, 0.03, material, parallel);
         body.input.dt = 1.0 / 60;
         const double angle = random.uniform(0.05, 1);  // rad a step
-        const Vec3 rate = angle / body.input.dt * random_vector(random, 1).normalized();
-        body.move([](const Vec3& at) -> Vec3 { return at; },
-                  [&](const Vec3& at) -> Vec3 { return rate.cross(at); });
-        double first = 0, highest = 0, removed = 0;
-        for (std::size_t i = 0; i < body.phyxels.size(); ++i)
-            first += 0.5 * body.phyxels.mass[i] * body.phyxels.velocity[i].squaredNorm();
+        const double first = spin(body, angle / body.input.dt * random_vector(random, 1).normalized());
+        double highest = 0, removed = 0;
         for (int step = 0; step < 60; ++step) {
             const SolverReport report = body.step(parallel);
             highest = std::max(highest, report.kinetic_energy + report.elastic_energy);
@@ -106,9 +112,7 @@ TEST(FiniteRotations, FastBodiesOnHandlesGainNoEnergy) {
         Specimen body = block(2 + trial % 3, 3, 2, 0.01, material, parallel);
         body.input.dt = 1.0 / 120;
         const double angle = random.uniform(0.3, 2.5);  // rad a step
-        const Vec3 rate = angle / body.input.dt * random_vector(random, 1).normalized();
-        body.move([](const Vec3& at) -> Vec3 { return at; },
-                  [&](const Vec3& at) -> Vec3 { return rate.cross(at); });
+        const double first = spin(body, angle / body.input.dt * random_vector(random, 1).normalized());
         std::vector<HandleSpring> springs;
         const std::vector<double> limits = {1e9};
         for (std::uint32_t i = 0; i < body.phyxels.size(); i += 3) {
@@ -122,9 +126,7 @@ TEST(FiniteRotations, FastBodiesOnHandlesGainNoEnergy) {
         body.input.contacts.handle_springs = springs;
         body.input.contacts.handle_force_limits = limits;
         body.input.contacts.cached = &cached;
-        double first = 0, highest = 0;
-        for (std::size_t i = 0; i < body.phyxels.size(); ++i)
-            first += 0.5 * body.phyxels.mass[i] * body.phyxels.velocity[i].squaredNorm();
+        double highest = 0;
         for (int step = 0; step < 40; ++step) {
             const SolverReport report = body.step(parallel);
             highest = std::max(highest, report.kinetic_energy + report.elastic_energy);

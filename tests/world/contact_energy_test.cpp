@@ -65,7 +65,7 @@ class EnergyRecord {
     double lowest() const { return lowest_; }
     // Largest rise above the lowest so far.
     double rise() const { return rise_; }
-    // What motion and the fall to the lowest place put in.
+    // Energy that motion and the fall to the lowest place put in.
     double brought() const { return first_ - least_potential_; }
 
   private:

@@ -217,7 +217,7 @@ TEST(RigidContacts, RandomPiecesThatDropHardlyGainEnergy) {
             body.cut_with_sheet(geometry::make_plane_sheet(point, random_vector(random), 0.3), cut,
                                 world.parallel());
         }
-        ASSERT_GT(body.phyxels().rigid.bodies.size(), 30U);
+        ASSERT_GT(body.phyxels().rigid.bodies.size(), 50U);
         double lowest = 1e300, weight = 0, rise = 0;
         for (int step = 0; step < std::min(0.4 * rate, 60.0); ++step) {
             const StepReport report = world.step();

@@ -60,6 +60,10 @@ class ContactProducts {
             std::uint32_t part, phyxel;
             double weight;  // negative for the lower side
         };
+        /// Returns the force of a unit displacement, N/m.
+        Mat3 stiffness() const {
+            return across * Mat3::Identity() + extra_along * normal * normal.transpose();
+        }
         At incidence(std::size_t k) const {
             const Incidence& at = list.incidences_[first + k];
             const Touched& touched = list.touched_[at.index];

@@ -172,8 +172,7 @@ void BlockJacobi::add_springs(const ContactProducts& springs) {
                 sides.push_back(
                     {static_cast<std::size_t>(block), 3 * Eigen::Index{slot_[part][phyxel]}, weight});
         }
-        const Mat3 stiffness =
-            spring.across * Mat3::Identity() + spring.extra_along * spring.normal * spring.normal.transpose();
+        const Mat3 stiffness = spring.stiffness();
         for (const Side& a : sides)
             for (const Side& b : sides)
                 if (a.block == b.block && a.row >= b.row)

@@ -43,7 +43,7 @@ class BlockJacobi {
     struct Member {
         std::uint32_t part = 0, phyxel = 0;
     };
-    /// What a spring adds to the rows and columns of two members.
+    /// Part of a spring in the rows and columns of two members.
     struct SpringTerm {
         Eigen::Index row = 0, column = 0;  // row >= column
         Eigen::Matrix3f stiffness;         // N/m

@@ -182,8 +182,7 @@ void RigidModes::add_springs(const ContactProducts& springs) {
             if (at == sides.end()) at = sides.insert(at, {static_cast<std::uint32_t>(own), Modes::Zero()});
             at->second += weight * modes_at(arm_[part][phyxel]);
         }
-        const Mat3 stiffness =
-            spring.across * Mat3::Identity() + spring.extra_along * spring.normal * spring.normal.transpose();
+        const Mat3 stiffness = spring.stiffness();
         for (std::size_t a = 0; a < sides.size(); ++a)
             for (std::size_t b = 0; b <= a; ++b)
                 add_pair(sides[a].first, sides[b].first,

@@ -9,7 +9,7 @@
 
 namespace splitcubes::meshless {
 
-/// What the preconditioner has for solves that turn out to be slow.
+/// Parts of the preconditioner that only slow solves need.
 struct SlowSolves {
     RigidModes modes;
     BlockJacobi blocks;
