@@ -13,10 +13,7 @@ namespace splitcubes {
 /// depend on the order of the joins.
 class DisjointSets {
   public:
-    explicit DisjointSets(std::size_t count = 0) { reset(count); }
-    /// Makes each index a set of its own; allocates only if there are more than before.
-    void reset(std::size_t count) {
-        parent_.resize(count);
+    explicit DisjointSets(std::size_t count) : parent_(count) {
         std::iota(parent_.begin(), parent_.end(), std::uint32_t{0});
     }
     std::uint32_t find(std::uint32_t i) {

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numeric>
 #include <string>
 
 namespace splitcubes::meshless {
@@ -47,11 +48,18 @@ void MomentumKeeper::begin(const Phyxels& phyxels, int piece_count, const Parall
     largest_rate_ = find_rotation_rates(phyxels, before_, rate_);
     bound_.assign(static_cast<std::size_t>(piece_count) + 1, 0);
     bound_.back() = 1;
-    joined_.reset(bound_.size());
+    joined_.resize(bound_.size());
+    std::iota(joined_.begin(), joined_.end(), std::size_t{0});
+}
+
+std::size_t MomentumKeeper::root(std::size_t slot) const {
+    while (joined_[slot] != slot) slot = joined_[slot];
+    return slot;
 }
 
 void MomentumKeeper::join(std::int32_t a, std::int32_t b) {
-    joined_.join(static_cast<std::uint32_t>(slot(a)), static_cast<std::uint32_t>(slot(b)));
+    const std::size_t first = root(slot(a)), second = root(slot(b));
+    joined_[std::max(first, second)] = std::min(first, second);
 }
 
 void MomentumKeeper::join_touching(const Phyxels& phyxels, const ContactInput& contacts, std::uint32_t part) {

@@ -1,7 +1,6 @@
 // Shared by all solvers: input checks, restored momenta, plastic flow and the report.
 #pragma once
 
-#include <splitcubes/core/disjoint_sets.h>
 #include <splitcubes/dynamics/solver_types.h>
 #include <splitcubes/elasticity/simd/sliced_elasticity.h>
 
@@ -49,13 +48,13 @@ class MomentumKeeper {
         const auto last = static_cast<std::int32_t>(bound_.size()) - 1;
         return static_cast<std::size_t>(piece >= 0 && piece < last ? piece : last);
     }
-    std::size_t root(std::size_t slot) { return joined_.find(static_cast<std::uint32_t>(slot)); }
+    std::size_t root(std::size_t slot) const;
     void sum_groups(std::vector<Momenta>& momenta);
     void correct(Phyxels& phyxels, double factor, const Vec3& velocity, std::span<const double> shift,
                  double dt, const Parallel& parallel);
 
     std::vector<std::uint8_t> bound_;  // 1: excluded; per piece, and one for phyxels without a piece
-    DisjointSets joined_;              // of slots
+    std::vector<std::size_t> joined_;  // per slot: a lower slot of its group, or itself
     std::vector<Momenta> before_, after_, group_;  // per slot; group_: of the whole group
     std::vector<Momenta> partial_;                 // per chunk and piece
     std::vector<Momenta> group_sum_;               // per slot, scratch
