@@ -83,24 +83,32 @@ TEST(Elasticity, RigidMotionsCauseNoForce) {
     }
 }
 
+// Returns a block under many cuts, or a small random set of phyxels, down to one, some flattened or
+// elongated.
+Specimen random_fragments(int trial, Random& random, const Material& material, const Parallel& parallel) {
+    Specimen body;
+    if (trial % 2 == 0) {
+        body = block(6, 6, 5, 0.05, material, parallel);
+        fixtures::cut_randomly(body, 5 + trial, 0.15, static_cast<std::uint64_t>(trial), parallel);
+        return body;
+    }
+    body.material = material;
+    const auto thin = [&] { return random.unit() < 0.5 ? 1 : random.uniform(0.005, 0.06); };
+    const double y = thin(), z = thin();
+    const Mat3 turn = fixtures::random_rotation(random);
+    const int count = 1 + static_cast<int>(random.below(12));
+    for (int i = 0; i < count; ++i)
+        body.add(turn * random_vector(random, 0.1).cwiseProduct(Vec3(1, y, z)), 0.05);
+    body.connect(parallel);
+    return body;
+}
+
 TEST(Elasticity, RigidMotionsOfFragmentsCauseNoForce) {
     const Parallel parallel(1);
     Random random(2);
     std::array<int, 4> ranks{};
     for (int trial = 0; trial < 60; ++trial) {
-        Specimen body;
-        if (trial % 2 == 0) {
-            body = block(6, 6, 5, 0.05, Material{}, parallel);
-            fixtures::cut_randomly(body, 5 + trial, 0.15, static_cast<std::uint64_t>(trial), parallel);
-        } else {
-            // Small random sets of phyxels, down to one, some flattened or elongated.
-            const Vec3 shape(1, random.unit() < 0.5 ? 1 : 0.01, random.unit() < 0.5 ? 1 : 0.01);
-            const Mat3 turn = fixtures::random_rotation(random);
-            const int count = 1 + static_cast<int>(random.below(12));
-            for (int i = 0; i < count; ++i)
-                body.add(turn * random_vector(random, 0.1).cwiseProduct(shape), 0.05);
-            body.connect(parallel);
-        }
+        const Specimen body = random_fragments(trial, random, Material{}, parallel);
         for (const auto rank : body.neighbourhoods.rank()) ++ranks[rank];
         expect_rigid_motion_free(body, fixtures::random_rotation(random), parallel);
         expect_rigid_motion_free(body, Vec3(1, -1, -1).asDiagonal(), parallel);
@@ -255,6 +263,50 @@ TEST(Stiffness, IsTheDerivativeOfTheForcesWithoutStrain) {
     EXPECT_NEAR(product, sum, 1e-12 * sum);
 }
 
+Material material_of(int trial) {
+    Material out;
+    if (trial % 4 == 3) out.model = MaterialModel::st_venant_kirchhoff;
+    if (trial % 8 == 5) out.volume_stiffness = 1e5;
+    if (trial % 8 == 6) out.plasticity = Plasticity{};
+    return out;
+}
+
+// Fragments of any rank: completed directions turn with the others.
+TEST(Stiffness, OfFragmentsIsTheDerivativeOfTheForcesWithoutStrain) {
+    const Parallel parallel(1);
+    Random random(18);
+    std::array<int, 4> ranks{};
+    int off_plane = 0;
+    for (int trial = 0; trial < 120; ++trial) {
+        SCOPED_TRACE(trial);
+        const Specimen body = random_fragments(trial, random, material_of(trial / 2), parallel);
+        const std::vector<Vec3> position = shaken_positions(body, 0, random);
+        const State state = state_of(body, position, parallel);
+        const std::size_t n = position.size();
+        std::vector<Vec3> dx(n), high = position, low = position, out(n);
+        for (std::size_t i = 0; i < n; ++i) {
+            ++ranks[body.neighbourhoods.rank()[i]];
+            off_plane += body.neighbourhoods.has_neighbours_off_plane(i);
+            dx[i] = random_vector(random, 1e-7);
+            high[i] += dx[i];
+            low[i] -= dx[i];
+        }
+        const std::vector<double> none(n, 0);
+        ElasticForces elastic;
+        linearise(elastic, body, position, state, parallel);
+        elastic.apply_stiffness(body.neighbourhoods, body.material, 1, none, dx, out, parallel);
+        const std::vector<Vec3> up = state_of(body, high, parallel).force;
+        const std::vector<Vec3> down = state_of(body, low, parallel).force;
+        double scale = 1e-9 * force_scale(body);
+        for (const Vec3& force : out) scale = std::max(scale, force.norm());
+        for (std::size_t i = 0; i < n; ++i)
+            EXPECT_LT((out[i] + 0.5 * (up[i] - down[i])).norm(), 1e-4 * scale)
+                << i << ", rank " << static_cast<int>(body.neighbourhoods.rank()[i]);
+    }
+    for (const int count : ranks) EXPECT_GT(count, 20) << "every rank must have been tried";
+    EXPECT_GT(off_plane, 20);
+}
+
 // The tangent of St. Venant-Kirchhoff is exact where nothing is compressed: here all
 // directions are stretched by a quarter and phyxels are perturbed.
 TEST(Stiffness, OfStVenantKirchhoffIsTheDerivativeOfTheForcesUnderTension) {
@@ -324,10 +376,7 @@ TEST(Stiffness, IsSymmetricPositiveSemidefinite) {
     }
 }
 
-TEST(Stiffness, DoesNotResistRotation) {
-    const Parallel parallel(1);
-    Random random(9);
-    const Specimen body = block(5, 5, 4, 0.05, Material{}, parallel);
+void expect_no_resistance_to_rotation(const Specimen& body, Random& random, const Parallel& parallel) {
     const Mat3 turn = fixtures::random_rotation(random);
     std::vector<Vec3> position = body.phyxels.rest_position, velocity(position.size()), out(position.size());
     const Vec3 omega(1, 2, 3);
@@ -340,7 +389,20 @@ TEST(Stiffness, DoesNotResistRotation) {
     ElasticForces elastic;
     linearise(elastic, body, position, state, parallel);
     elastic.apply_stiffness(body.neighbourhoods, body.material, 1, none, velocity, out, parallel);
-    for (const Vec3& force : out) EXPECT_LT(force.norm(), 1e-9 * force_scale(body));
+    for (std::size_t i = 0; i < out.size(); ++i)
+        EXPECT_LT(out[i].norm(), 1e-9 * force_scale(body))
+            << "rank " << static_cast<int>(body.neighbourhoods.rank()[i]);
+}
+
+TEST(Stiffness, DoesNotResistRotation) {
+    const Parallel parallel(1);
+    Random random(9);
+    expect_no_resistance_to_rotation(block(5, 5, 4, 0.05, Material{}, parallel), random, parallel);
+    for (int trial = 0; trial < 120; ++trial) {
+        SCOPED_TRACE(trial);
+        expect_no_resistance_to_rotation(random_fragments(trial, random, material_of(trial / 2), parallel),
+                                         random, parallel);
+    }
 }
 
 TEST(Stiffness, DiagonalIsExact) {

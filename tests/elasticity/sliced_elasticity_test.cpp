@@ -71,16 +71,17 @@ double largest(const std::vector<Vec3>& values) {
     return size;
 }
 
-// tolerance: of forces, relative to the largest force.
+// tolerance: of forces, relative to the largest force. Forces and energies count as those of a strain of 4e-5
+// at least: some sets of few phyxels have next to none.
 void expect_close(const Found& a, const Found& b, double tolerance) {
-    const double force = largest(a.force), product = largest(a.product);
+    const double force = std::max(largest(a.force), 0.01), product = largest(a.product);
     for (std::size_t i = 0; i < a.F.size(); ++i) {
         ASSERT_LT((a.F[i] - b.F[i]).norm(), 1e-5 * (1 + a.F[i].norm())) << i;
         ASSERT_LT((a.R[i] - b.R[i]).norm(), 1e-4) << i;
         ASSERT_LT((a.force[i] - b.force[i]).norm(), tolerance * force) << i;
         ASSERT_LT((a.product[i] - b.product[i]).norm(), 2e-5 * product) << i;
     }
-    EXPECT_NEAR(a.energy, b.energy, std::max(1e-4, tolerance) * a.energy);
+    EXPECT_NEAR(a.energy, b.energy, std::max(1e-4, tolerance) * std::max(a.energy, 1e-8));
     EXPECT_NEAR(a.square, b.square, 1e-5 * a.square);
 }
 
@@ -113,22 +114,29 @@ TEST(Sliced, EqualsDoublePrecision) {
     }
 }
 
-// Strains of 0.001 in rotated bodies: the rounding error relative to them is 1e-4.
+// Strains of 0.01 in rotated bodies: the rounding error relative to them is 1e-5.
 TEST(Sliced, FlatAndThinFragmentsEqualDoublePrecision) {
     const Parallel parallel(1);
     Random random(2);
-    int deficient = 0;
-    for (int trial = 0; trial < 40; ++trial) {
+    int deficient = 0, off_plane = 0;
+    for (int trial = 0; trial < 120; ++trial) {
         Specimen body;
-        const Vec3 shape(1, random.unit() < 0.5 ? 1 : 0.01, random.unit() < 0.5 ? 1 : 0.01);
+        if (trial % 4 == 1) body.material.model = MaterialModel::st_venant_kirchhoff;
+        const auto thin = [&] { return random.unit() < 0.5 ? 1 : random.uniform(0.005, 0.06); };
+        const double y = thin(), z = thin();
+        const Vec3 shape(1, y, z);
         const int count = 2 + static_cast<int>(random.below(12));
         for (int i = 0; i < count; ++i) body.add(random_vector(random, 0.1).cwiseProduct(shape), 0.05);
         body.connect(parallel);
-        for (const auto rank : body.neighbourhoods.rank()) deficient += rank < 3;
-        Motion motion = shaken(body, fixtures::random_rotation(random), 1e-4, random);
+        for (std::size_t i = 0; i < body.phyxels.size(); ++i) {
+            deficient += body.neighbourhoods.rank()[i] < 3;
+            off_plane += body.neighbourhoods.has_neighbours_off_plane(i);
+        }
+        Motion motion = shaken(body, fixtures::random_rotation(random), 1e-3, random);
         expect_close(exact(body, motion, parallel), sliced(body, motion, parallel), 5e-4);
     }
-    EXPECT_GT(deficient, 40);
+    EXPECT_GT(deficient, 100);
+    EXPECT_GT(off_plane, 30);
 }
 
 TEST(Sliced, ForcesAreZeroWithoutStrain) {

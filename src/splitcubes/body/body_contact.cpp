@@ -19,7 +19,8 @@ BodyView Body::view() {
             samples_.spacing,
             is_lattice_driven(),
             boundary_.held(),
-            boundary_.kinematic_rigid_pieces()};
+            boundary_.kinematic_rigid_pieces(),
+            !handles().empty()};
 }
 
 std::vector<BodyView> views_of(std::span<const std::unique_ptr<Body>> bodies) {

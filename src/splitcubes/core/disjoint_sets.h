@@ -13,7 +13,11 @@ namespace splitcubes {
 /// depend on the order of the joins.
 class DisjointSets {
   public:
-    explicit DisjointSets(std::size_t count) : parent_(count) {
+    DisjointSets() = default;
+    explicit DisjointSets(std::size_t count) { reset(count); }
+    /// Makes each index a set by itself.
+    void reset(std::size_t count) {
+        parent_.resize(count);
         std::iota(parent_.begin(), parent_.end(), std::uint32_t{0});
     }
     std::uint32_t find(std::uint32_t i) {

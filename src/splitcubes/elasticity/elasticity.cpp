@@ -99,29 +99,19 @@ double penalty_energy(const Neighbourhoods& neighbourhoods, std::size_t i, const
     return 0.5 * neighbourhoods.penalty()[i] * squares;
 }
 
-Mat3 normal_tension(const Mat3& basis, const Mat3& F, const Vec3& off_plane) {
-    const Vec3 e0 = basis.col(0), e1 = basis.col(1), image0 = F * e0, image1 = F * e1;
-    const Vec3 normal = F * basis.col(2), cross = image0.cross(image1);
-    const double square = cross.squaredNorm();
-    if (!(square > 1e-24 * image0.squaredNorm() * image1.squaredNorm())) return Mat3::Zero();
-    // dn = -sum_a dual_a (n . dF e_a), with the dual basis of the images in their plane.
-    const Vec3 dual0 = image1.cross(cross) / square, dual1 = cross.cross(image0) / square;
-    return -normal * (off_plane.dot(dual0) * e0 + off_plane.dot(dual1) * e1).transpose();
-}
-
 namespace {
 
-// Returns normal_tension of phyxel i.
-Mat3 normal_tension_of(const Neighbourhoods& neighbourhoods, std::size_t i, const ElasticState& state) {
-    const Mat3& basis = neighbourhoods.basis()[i];
-    const Mat3& F = state.deformation[i];
-    Vec3 off_plane = Vec3::Zero();
+// Returns the pull of the neighbours off the plane of phyxel i on its normal, N m. The gradient and the
+// displacements may be those of the state or of a change.
+Vec3 pull_on_normal(const Neighbourhoods& neighbourhoods, std::size_t i, const Mat3& gradient,
+                    std::span<const Vec3> displacement) {
+    Vec3 sum = Vec3::Zero();
     for (std::uint32_t l = neighbourhoods.links_begin(i); l < neighbourhoods.links_end(i); ++l) {
         const Vec3& edge = neighbourhoods.rest_edge()[l];
-        const Vec3 error = F * edge - (state.position[neighbourhoods.neighbour()[l]] - state.position[i]);
-        off_plane += neighbourhoods.weight()[l] * basis.col(2).dot(edge) * error;
+        const Vec3 error = gradient * edge - (displacement[neighbourhoods.neighbour()[l]] - displacement[i]);
+        sum += neighbourhoods.weight()[l] * neighbourhoods.basis()[i].col(2).dot(edge) * error;
     }
-    return normal_tension(basis, F, neighbourhoods.penalty()[i] * off_plane);
+    return neighbourhoods.penalty()[i] * sum;
 }
 
 }  // namespace
@@ -175,8 +165,11 @@ void ElasticForces::forces(const Neighbourhoods& neighbourhoods, const Material&
             neighbourhoods.volume()[i] *
             piola_stress(material, state.deformation[i], state.rotation[i],
                          resolved_plastic_strain(neighbourhoods, material, i, state.plastic_strain));
-        if (neighbourhoods.has_neighbours_off_plane(i))
-            tension_[i] += normal_tension_of(neighbourhoods, i, state);
+        if (neighbourhoods.has_neighbours_off_plane(i)) {
+            const Mat3& F = state.deformation[i];
+            tension_[i] += Completion(2, neighbourhoods.basis()[i], F, F)
+                               .resolve_normal(pull_on_normal(neighbourhoods, i, F, state.position));
+        }
     });
     for_phyxels(parallel, n, [&](std::size_t i) {
         force[i] = gather_force(neighbourhoods, i, state.deformation, state.position);
@@ -187,7 +180,10 @@ void ElasticForces::linearise(const Neighbourhoods& neighbourhoods, const Materi
                               const ElasticState& state, const Parallel& parallel) {
     const std::size_t n = neighbourhoods.size();
     tangent_.resize(n);
+    completion_.resize(n);
     for_phyxels(parallel, n, [&](std::size_t i) {
+        completion_[i] = Completion(neighbourhoods.rank()[i], neighbourhoods.basis()[i], state.deformation[i],
+                                    state.rotation[i]);
         tangent_[i] = tangent(material, state.deformation[i], state.rotation[i],
                               resolved_plastic_strain(neighbourhoods, material, i, state.plastic_strain));
     });
@@ -208,8 +204,12 @@ double ElasticForces::apply_stiffness(const Neighbourhoods& neighbourhoods, cons
         for_links(neighbourhoods, i, [&](std::uint32_t l, std::uint32_t j) {
             dF += (dx[j] - dx[i]) * neighbourhoods.gradient()[l].transpose();
         });
+        dF = completion_[i].complete(dF);
         gradient_[i] = dF;
-        tension_[i] = neighbourhoods.volume()[i] * stress_change(material, tangent_[i], dF, share);
+        tension_[i] = neighbourhoods.volume()[i] *
+                      completion_[i].resolve(stress_change(material, tangent_[i], dF, share));
+        if (neighbourhoods.has_neighbours_off_plane(i))
+            tension_[i] += completion_[i].resolve_normal(pull_on_normal(neighbourhoods, i, dF, dx));
     });
     return sum_(parallel, n, [&](std::size_t begin, std::size_t end) {
         double product = 0;

@@ -9,8 +9,9 @@
 // f_i = T_i G_i - sum_j T_j g_ji + sum_j m_ij (u_j - u_i),
 // T = V P - c H A, H = F - I, G_i = sum_j g_ij, m_ij = c_i w_ij + c_j w_ji, u = x - X:
 // one more number per link than without the penalty. With rank 2 F also has the completed
-// normal, whose derivative is in normal_tension. The code here evaluates e_ij in
-// double precision and is the reference for SlicedElasticity.
+// normal n: neighbours off the plane pull on it by c_i sum_j w_ij s_j e_ij, s_j their height,
+// and it turns with the images of the kept directions (Completion::resolve_normal). The code
+// here evaluates e_ij in double precision and is the reference for SlicedElasticity.
 #pragma once
 
 #include <splitcubes/core/parallel.h>
@@ -18,6 +19,7 @@
 #include <splitcubes/samples/loops.h>
 #include <splitcubes/samples/neighbourhoods.h>
 
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -44,6 +46,33 @@ bool compute_deformation_of(std::size_t i, const Neighbourhoods& neighbourhoods,
 bool complete_deformation(const Neighbourhoods& neighbourhoods, std::size_t i, const Mat3& H,
                           const Mat3& last_rotation, Mat3& deformation, Mat3& rotation);
 
+/// Derivative of the completed F of a phyxel (compute_deformation) by the fitted H: with rank 2 the normal,
+/// with rank 1 the plane across the line turns with the images of the kept directions. So a rigid rotation
+/// changes F by that rotation, and material of any rank does not resist it. Where F is far from R, R stands
+/// for it, as the derivative grows without bound where images vanish.
+class Completion {
+  public:
+    /// Completes nothing, as with rank 3.
+    Completion() = default;
+    /// basis: as Neighbourhoods::basis.
+    Completion(int rank, const Mat3& basis, const Mat3& F, const Mat3& R);
+
+    /// Returns dF of dH, whose dropped directions are zero.
+    Mat3 complete(const Mat3& dH) const;
+    /// Returns Q with Q : dH = P : complete(dH) for all dH.
+    Mat3 resolve(const Mat3& P) const;
+    /// Returns the change of the image of the dropped direction; zero unless the rank is 2.
+    Vec3 normal_change(const Mat3& dH) const;
+    /// Returns Q with Q : dH = f . normal_change(dH) for all dH.
+    Mat3 resolve_normal(const Vec3& f) const;
+
+  private:
+    std::uint8_t rank_ = 3;
+    Vec3 direction_ = Vec3::Zero();  // rank 2: the dropped direction; 1: the kept one; rest space
+    Vec3 image_ = Vec3::Zero();      // rank 2: the unit normal; 1: image of the line over its squared length
+    Mat3 follow_ = Mat3::Zero();     // rank 2: sum_a dual_a e_a^T; 1: R (1 - e e^T)
+};
+
 /// Returns the plastic strain projected onto the kept directions of phyxel i: the material
 /// has no strain in the dropped ones, and stress there would cause a torque.
 Mat3 resolved_plastic_strain(const Neighbourhoods& neighbourhoods, const Material& material, std::size_t i,
@@ -66,12 +95,6 @@ struct ElasticState {
 double penalty_energy(const Neighbourhoods& neighbourhoods, std::size_t i, const Mat3& deformation,
                       std::span<const Vec3> position);
 
-/// Returns dE/dF of the penalty of a phyxel of rank 2 through the completed normal n, J: its neighbours off
-/// the plane pull on n, which turns with the images of the kept directions. off_plane: c_i sum_j w_ij s_j
-/// e_ij, N m, s_j the height of neighbour j above the plane. With it the forces of such a phyxel exert no
-/// torque.
-Mat3 normal_tension(const Mat3& basis, const Mat3& F, const Vec3& off_plane);
-
 /// Forces and stiffness, with the buffers they need. One per solver: a call
 /// uses the buffers, so calls of one object must not overlap.
 class ElasticForces {
@@ -85,7 +108,7 @@ class ElasticForces {
     double energy(const Neighbourhoods& neighbourhoods, const Material& material, const ElasticState& state,
                   const Parallel& parallel);
 
-    /// Computes the tangents (constitutive.h) at a state, for apply_stiffness.
+    /// Computes the tangents (constitutive.h, Completion) at a state, for apply_stiffness.
     void linearise(const Neighbourhoods& neighbourhoods, const Material& material, const ElasticState& state,
                    const Parallel& parallel);
 
@@ -107,9 +130,10 @@ class ElasticForces {
     Vec3 gather_force(const Neighbourhoods& neighbourhoods, std::size_t i, std::span<const Mat3> gradient,
                       std::span<const Vec3> displacement) const;
 
-    std::vector<Mat3> gradient_;    // per phyxel, sum_j (dx_j - dx_i) g_ij^T
-    std::vector<Mat3> tension_;     // per phyxel, V P, N m
-    std::vector<Tangent> tangent_;  // per phyxel
+    std::vector<Mat3> gradient_;          // per phyxel, dF
+    std::vector<Mat3> tension_;           // per phyxel, V P, N m
+    std::vector<Tangent> tangent_;        // per phyxel
+    std::vector<Completion> completion_;  // per phyxel
     ChunkSum sum_;
 };
 

@@ -119,6 +119,8 @@ class Neighbourhoods {
     }
     /// A_i = sum_j w_ij x_ij x_ij^T, 1/m.
     std::span<const Mat3> moment() const { return rows_.moment; }
+    /// A_i^+, m: the inverse in the kept directions.
+    std::span<const Mat3> inverse_moment() const { return rows_.inverse_moment; }
     /// c_i of the penalty c_i w_ij / 2 |F_i x_ij - (x_j - x_i)|^2, N m^2. Zero where the
     /// neighbours do not determine F_i well enough.
     std::span<const double> penalty() const { return rows_.penalty; }

@@ -46,6 +46,7 @@ struct BodyView {
     bool is_lattice_driven;              // a deformation model moves the body: it takes no part in contacts
     std::span<const std::uint8_t> held;  // per phyxel, of the last step, 1: its position is prescribed
     std::span<const meshless::RigidKinematicTarget> kinematic_rigid_pieces;  // of the last step
+    bool is_pulled;                                                          // it has handles
 
     /// Whether a constraint moves a rigid piece in the last step. index: in RigidPieces::bodies.
     bool holds_rigid(std::size_t index) const;

@@ -243,7 +243,6 @@ void ContactFinder::measure_speeds(const Task& task, const Parallel& parallel) {
     bounds_.max_displacement.clear();
     bounds_.spacing.clear();
     bounds_.velocity.clear();
-    bounds_.position.clear();
     bounds_.drift.resize(task.bodies.size());
     Vec3 sum = Vec3::Zero();
     double all = 0;
@@ -251,7 +250,6 @@ void ContactFinder::measure_speeds(const Task& task, const Parallel& parallel) {
         const meshless::Phyxels& phyxels = task.bodies[b].phyxels;
         const std::size_t count = phyxels.size();
         bounds_.velocity.emplace_back(phyxels.velocity);
-        bounds_.position.emplace_back(phyxels.position);
         bounds_.drift[b].resize(count);
         bounds_.speeds.assign((count + speed_grain - 1) / speed_grain, {});
         const auto measure = [&](std::size_t begin, std::size_t end) {
@@ -497,6 +495,7 @@ void ContactFinder::find(const Task& task, const Parallel& parallel, std::vector
             found_.order.push_back({contact.key, &contact});
     sort_found();
     fill_islands(task, parallel, islands);
+    turns_.turn(task.bodies, task.dt, parallel, islands);
 }
 
 // Sorts by key with an LSD radix sort: there are many keys, and most of their digits agree.

@@ -310,14 +310,14 @@ class ContactFinder {
     };
     /// Bounds of the motion in the step.
     struct MotionBounds {
-        std::vector<double> spacing;                            // m, per body
-        std::vector<double> max_displacement;                   // m, per body: of a sample
-        std::vector<Speeds> speeds;                             // per range of a body's phyxels
-        Vec3 mean_displacement = Vec3::Zero();                  // m, of all phyxels
-        std::vector<double> square;                             // m^2, per phyxel of a body
-        std::vector<std::vector<double>> piece_displacement;    // m, per body and piece: see measure_pieces
-        std::vector<std::span<const Vec3>> position, velocity;  // m, m/s, per body and phyxel
-        std::vector<std::vector<Vec3>> drift;                   // m, per body and phyxel: see drift_of
+        std::vector<double> spacing;                          // m, per body
+        std::vector<double> max_displacement;                 // m, per body: of a sample
+        std::vector<Speeds> speeds;                           // per range of a body's phyxels
+        Vec3 mean_displacement = Vec3::Zero();                // m, of all phyxels
+        std::vector<double> square;                           // m^2, per phyxel of a body
+        std::vector<std::vector<double>> piece_displacement;  // m, per body and piece: see measure_pieces
+        std::vector<std::span<const Vec3>> velocity;          // m/s, per body and phyxel
+        std::vector<std::vector<Vec3>> drift;                 // m, per body and phyxel: see drift_of
     };
     /// Chunks of all threads.
     struct ChunkPool {

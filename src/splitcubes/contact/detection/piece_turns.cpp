@@ -1,38 +1,104 @@
+#include <splitcubes/contact/detection/contact_finder.h>
 #include <splitcubes/contact/detection/piece_turns.h>
 #include <splitcubes/contact/detection/tuning.h>
 #include <splitcubes/splitting/pieces.h>
 
+#include <algorithm>
 #include <cmath>
 
 namespace splitcubes::body {
 
-void PieceTurns::measure(std::span<const BodyView> bodies, double dt, const Parallel& parallel) {
-    turns_.resize(bodies.size());
-    for (std::size_t b = 0; b < bodies.size(); ++b) {
-        const BodyView& body = bodies[b];
-        meshless::momenta_of_pieces(body.phyxels, static_cast<int>(body.pieces.count()), momenta_, sums_,
-                                    parallel);
-        turns_[b].assign(momenta_.size(), {});
-        for (std::size_t k = 0; k < momenta_.size(); ++k) {
-            const meshless::Momenta& piece = momenta_[k];
-            const Vec3 angle = dt * meshless::angular_velocity(piece.inertia, piece.angular_momentum);
-            if (angle.allFinite()) turns_[b][k] = {piece.mass, angle};
+namespace {
+
+using meshless::Contact;
+using meshless::ContactSide;
+using meshless::Momenta;
+
+bool is_between_pieces(const Contact& contact) {
+    return !contact.lower.is_collider();
+}
+
+}  // namespace
+
+// Returns the slot of the piece of a side; the last one of a body is for phyxels without a piece.
+std::uint32_t PieceTurns::slot(std::span<const BodyView> bodies, const ContactIsland& island,
+                               const ContactSide& side) const {
+    const std::int32_t piece = bodies[island.bodies[side.part]].phyxels.piece[side.phyxel[0]];
+    const std::uint32_t last = first_[side.part + 1] - 1;
+    return piece < 0 ? last : std::min(first_[side.part] + static_cast<std::uint32_t>(piece), last);
+}
+
+// Joins pieces that may touch each other, and marks sets that anything else touches, holds or pulls.
+void PieceTurns::group(std::span<const BodyView> bodies, const ContactIsland& island) {
+    first_.assign(1, 0);
+    for (const std::size_t b : island.bodies)
+        first_.push_back(first_.back() + static_cast<std::uint32_t>(bodies[b].pieces.count()) + 1);
+    sets_.reset(first_.back());
+    is_bound_.assign(first_.back(), 0);
+    for (const Contact& contact : island.contacts)
+        if (is_between_pieces(contact))
+            sets_.join(slot(bodies, island, contact.upper), slot(bodies, island, contact.lower));
+    for (const Contact& contact : island.contacts)
+        if (!is_between_pieces(contact)) is_bound_[sets_.find(slot(bodies, island, contact.upper))] = 1;
+    for (std::uint32_t k = 0; k < island.bodies.size(); ++k) {
+        const BodyView& body = bodies[island.bodies[k]];
+        is_bound_[sets_.find(first_[k + 1] - 1)] = 1;
+        for (std::uint32_t i = 0; i < body.phyxels.held.size(); ++i) {
+            if (body.phyxels.held[i] == 0) continue;
+            ContactSide side;
+            side.part = k;
+            side.phyxel[0] = i;
+            is_bound_[sets_.find(slot(bodies, island, side))] = 1;
         }
+        for (std::uint32_t s = first_[k]; body.is_pulled && s < first_[k + 1]; ++s)
+            is_bound_[sets_.find(s)] = 1;
     }
 }
 
-PieceTurns::Turn PieceTurns::turn_of(const Piece& piece) const {
-    const auto index = static_cast<std::size_t>(piece.piece);
-    if (piece.body >= turns_.size() || piece.piece < 0 || index >= turns_[piece.body].size()) return {};
-    return turns_[piece.body][index];
+// Finds the rotations of free sets in the step, at the angular velocity that they start with.
+void PieceTurns::measure(std::span<const BodyView> bodies, const ContactIsland& island, double dt,
+                         const Parallel& parallel) {
+    free_.clear();
+    for (std::size_t k = 0; k < island.bodies.size(); ++k) {
+        const BodyView& body = bodies[island.bodies[k]];
+        meshless::momenta_of_pieces(body.phyxels, static_cast<int>(body.pieces.count()), momenta_, sums_,
+                                    parallel);
+        for (std::uint32_t p = 0; p < momenta_.size(); ++p) {
+            const std::uint32_t root = sets_.find(first_[k] + p);
+            if (is_bound_[root] == 0 && momenta_[p].mass > 0) free_.emplace_back(root, momenta_[p]);
+        }
+    }
+    std::stable_sort(free_.begin(), free_.end(),
+                     [](const auto& a, const auto& b) { return a.first < b.first; });
+    angle_.assign(first_.back(), Vec3::Zero());
+    for (std::size_t begin = 0, end = 0; begin < free_.size(); begin = end) {
+        group_.clear();
+        for (; end < free_.size() && free_[end].first == free_[begin].first; ++end)
+            group_.push_back(free_[end].second);
+        const Momenta all = meshless::together(group_);
+        const Vec3 angle = dt * meshless::angular_velocity(all.inertia, all.angular_momentum);
+        if (angle.norm() < tuning::turns::max_angle) angle_[free_[begin].first] = angle;
+    }
 }
 
-Vec3 PieceTurns::change(const Piece& one, const Piece& other, const Vec3& vector) const {
-    const Turn a = turn_of(one), b = turn_of(other);
-    const Vec3 angle = (a.mass * a.angle + b.mass * b.angle) / (a.mass + b.mass);
-    const double size = angle.norm();
-    if (!(size > 0) || !(size < tuning::turns::max_angle) || !vector.allFinite()) return Vec3::Zero();
-    return Eigen::AngleAxisd(size, angle / size) * vector - vector;
+void PieceTurns::turn(std::span<const BodyView> bodies, double dt, const Parallel& parallel,
+                      std::span<ContactIsland> islands) {
+    for (ContactIsland& island : islands) {
+        if (std::none_of(island.contacts.begin(), island.contacts.end(), is_between_pieces)) continue;
+        group(bodies, island);
+        measure(bodies, island, dt, parallel);
+        position_.clear();
+        for (const std::size_t b : island.bodies) position_.emplace_back(bodies[b].phyxels.position);
+        for (Contact& contact : island.contacts) {
+            if (!is_between_pieces(contact)) continue;
+            const Vec3& angle = angle_[sets_.find(slot(bodies, island, contact.upper))];
+            const double size = angle.norm();
+            if (!(size > 0)) continue;
+            const Vec3 between = side_value(contact.upper, position_) - side_value(contact.lower, position_);
+            const Vec3 change = Eigen::AngleAxisd(size, angle / size) * between - between;
+            if (change.allFinite()) contact.turn_displacement = change;
+        }
+    }
 }
 
 }  // namespace splitcubes::body

@@ -1,42 +1,51 @@
-// Rotation of the pieces of bodies within a step.
+// Rotation of pieces that touch nothing but each other.
 #pragma once
 
 #include <splitcubes/contact/detection/body_view.h>
+#include <splitcubes/core/disjoint_sets.h>
 #include <splitcubes/core/parallel.h>
-#include <splitcubes/math/types.h>
 #include <splitcubes/samples/phyxels.h>
 
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <utility>
 #include <vector>
 
 namespace splitcubes::body {
 
-/// Rotations of pieces within a step, at the angular velocities that they start with. The two points of a
-/// contact are means of phyxels, and lie apart where these are few or strained. Pieces that rotate together
-/// change the vector between them, although they do not slide on each other.
+struct ContactIsland;
+
+/// The frames in which contacts between pieces are measured (Contact::turn_displacement). The two points of a
+/// contact are means of phyxels, and lie apart where these are few: pieces that rotate together change the
+/// vector between them, although they do not slide on each other.
+///
+/// Pieces that touch nothing but each other have their angular momentum restored together after a step, so
+/// they are measured in the frame that rotates with all of them: what the forces at points that lie apart do
+/// to the rotation, and so its work in that frame, is undone. Pieces that anything else touches, holds or
+/// pulls are measured at rest, where forces do the work that the motion of their points shows, and no more.
+///
+/// This object holds buffers only.
 class PieceTurns {
   public:
-    struct Piece {
-        std::size_t body;
-        std::int32_t piece;
-    };
-    /// dt: s.
-    void measure(std::span<const BodyView> bodies, double dt, const Parallel& parallel);
-    /// Returns the change of a vector, m, world, between two pieces in the step as both rotate by the mean of
-    /// their rotations, weighted by mass. Zero for pieces that were not measured, and where they tumble.
-    Vec3 change(const Piece& one, const Piece& other, const Vec3& vector) const;
+    /// Sets the turn_displacement of contacts. dt: s.
+    void turn(std::span<const BodyView> bodies, double dt, const Parallel& parallel,
+              std::span<ContactIsland> islands);
 
   private:
-    struct Turn {
-        double mass = 0;            // kg
-        Vec3 angle = Vec3::Zero();  // rad, times the unit axis
-    };
-    Turn turn_of(const Piece& piece) const;
+    std::uint32_t slot(std::span<const BodyView> bodies, const ContactIsland& island,
+                       const meshless::ContactSide& side) const;
+    void group(std::span<const BodyView> bodies, const ContactIsland& island);
+    void measure(std::span<const BodyView> bodies, const ContactIsland& island, double dt,
+                 const Parallel& parallel);
 
-    std::vector<std::vector<Turn>> turns_;           // per body and piece
-    std::vector<meshless::Momenta> momenta_, sums_;  // of the pieces of a body; buffer
+    std::vector<std::uint32_t> first_;             // per body of an island: slot of its first piece
+    DisjointSets sets_;                            // of slots
+    std::vector<std::span<const Vec3>> position_;  // m, per body of an island and phyxel
+    std::vector<std::uint8_t> is_bound_;           // per slot, of its set at the root
+    std::vector<Vec3> angle_;                      // rad, times the unit axis; per slot, at the root
+    std::vector<meshless::Momenta> momenta_, sums_, group_;          // of pieces; buffer; of a set's pieces
+    std::vector<std::pair<std::uint32_t, meshless::Momenta>> free_;  // by root, pieces of sets that are free
 };
 
 }  // namespace splitcubes::body

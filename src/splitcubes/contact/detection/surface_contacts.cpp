@@ -255,12 +255,7 @@ bool ContactFinder::meet(const Task& task, std::size_t entry, const SearchRange&
     out.friction = task.options.friction;
     out.max_depenetration =
         tuning::contacts::depenetration_share * std::min(spacing_of(sample), spacing_of(partner));
-    if (!set_lower_side(task, position - distance * normal, total, grid_.index(chosen->entry), chunk, out))
-        return false;
-    const Vec3 between = side_value(out.upper, bounds_.position) - side_value(out.lower, bounds_.position);
-    out.turn_displacement =
-        turns_.change({sample.body, sample.piece}, {partner.body, partner.piece}, between);
-    return true;
+    return set_lower_side(task, position - distance * normal, total, grid_.index(chosen->entry), chunk, out);
 }
 
 // Sets the lower side of the contact to the foot of the sample on the face, so that the change of the
@@ -334,7 +329,6 @@ void ContactFinder::place_exactly(const Task& task, std::span<const std::uint32_
 
 void ContactFinder::meet_pieces(const Task& task, const Parallel& parallel) {
     if (list_.samples.empty()) return;
-    turns_.measure(task.bodies, task.dt, parallel);
     const SearchRange range = search_range(task);
     const auto place_kept = [&](std::span<const std::uint32_t> kept) { place_exactly(task, kept, parallel); };
     grid_.build(placement_.position, placement_.normal, motions_, placement_.owner,

@@ -563,12 +563,6 @@ void ContactForces::finish(ConstField position, std::span<const std::span<std::u
             s.stiffness * (s.given.target - position[s.given.part][s.given.phyxel]);
 }
 
-bool ContactForces::any_turns() const {
-    return std::any_of(active_.begin(), active_.end(), [&](std::uint32_t r) {
-        return !input_.contacts[rows_[r].contact].turn_displacement.isZero(0);
-    });
-}
-
 void ContactForces::add_changes(std::uint32_t part, std::span<const std::int32_t> piece,
                                 std::span<Vec3> change) const {
     for (const ContactRow& row : rows_) {

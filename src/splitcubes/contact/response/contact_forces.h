@@ -88,17 +88,6 @@ class ContactForces {
     /// Adds to each piece of a part the change of its contact force since the previous step, N. Valid after
     /// finish.
     void add_changes(std::uint32_t part, std::span<const std::int32_t> piece, std::span<Vec3> change) const;
-    /// Returns whether a contact is measured in a frame that rotates (Contact::turn_displacement).
-    bool any_turns() const;
-    /// Calls act(contact, apart, force) for the active contacts. apart: m, from the lower to the upper point
-    /// at the start of the step; force: N, on the upper side. Valid after finish.
-    template <class Act>
-    void each_active(const Act& act) const {
-        for (const std::uint32_t r : active_) {
-            const ContactRow& row = rows_[r];
-            act(input_.contacts[row.contact], row.start, row.force);
-        }
-    }
     /// Returns the number of active contacts. Valid after finish.
     std::size_t pushing() const { return pushing_; }
     /// Returns the energy stored in contact springs, J. Valid after finish. Offsets that push back an impact

@@ -74,19 +74,22 @@ void BlockJacobi::find_blocks(std::span<const RigidModes::Part> parts) {
 void BlockJacobi::see_row(const RigidModes::Part& part, std::uint32_t p, std::size_t i) {
     const Neighbourhoods& links = part.neighbourhoods;
     seen_.clear();
-    double total = 0;
-    const auto see = [&](std::size_t j, const Vec3& gradient, double weight) {
+    const bool is_off_plane = links.has_neighbours_off_plane(i);
+    double total = 0, total_height = 0;
+    const auto see = [&](std::size_t j, const Vec3& gradient, double weight, double height) {
         if (block_of_[p][j] < 0) return;
-        seen_.push_back(
-            {static_cast<std::uint32_t>(block_of_[p][j]), 3 * Eigen::Index{slot_[p][j]}, gradient, weight});
+        seen_.push_back({static_cast<std::uint32_t>(block_of_[p][j]), 3 * Eigen::Index{slot_[p][j]}, gradient,
+                         weight, height});
     };
     for (std::uint32_t l = links.links_begin(i); l < links.links_end(i); ++l) {
         const double weight = part.factor * links.penalty()[i] * links.weight()[l];
+        const double height = is_off_plane ? weight * links.basis()[i].col(2).dot(links.rest_edge()[l]) : 0;
         total += weight;
-        see(links.neighbour()[l], links.gradient()[l], weight);
+        total_height += height;
+        see(links.neighbour()[l], links.gradient()[l], weight, height);
     }
     // The displacement of i itself is subtracted in every link.
-    see(i, -links.gradient_sum()[i], total);
+    see(i, -links.gradient_sum()[i], total, -total_height);
     std::sort(seen_.begin(), seen_.end(), [](const Seen& a, const Seen& b) { return a.block < b.block; });
 }
 
@@ -97,17 +100,14 @@ void BlockJacobi::add_row(const RigidModes::Part& part, std::uint32_t p, std::si
     if (links.rank()[i] == 0 && links.links_begin(i) == links.links_end(i)) return;
     see_row(part, p, i);
     if (seen_.empty()) return;
-    const double volume = links.volume()[i], penalty = links.penalty()[i];
-    const Mat3& moment = links.moment()[i];
-    // response[3 a + b]: stress of dF = e_a e_b^T.
+    // response[3 a + b]: tension of dH = e_a e_b^T.
     std::array<Mat3, 9> response;
     for (int a = 0; a < 3; ++a)
         for (int b = 0; b < 3; ++b) {
-            Mat3 dF = Mat3::Zero();
-            dF(a, b) = 1;
+            Mat3 dH = Mat3::Zero();
+            dH(a, b) = 1;
             response[static_cast<std::size_t>(3 * a + b)] =
-                part.factor *
-                (volume * part.elastic.stress_change(i, dF, 1 / part.factor) - penalty * dF * moment);
+                part.factor * part.elastic.tension_change(i, dH, 1 / part.factor);
         }
     const std::int32_t own_block = block_of_[p][i];
     const Eigen::Index own = 3 * Eigen::Index{slot_[p][i]};
@@ -135,6 +135,21 @@ void BlockJacobi::add_row(const RigidModes::Part& part, std::uint32_t p, std::si
             }
         }
     }
+    if (links.has_neighbours_off_plane(i)) add_off_plane(part, i);
+}
+
+// Pull of displacements off the plane of a flat phyxel on its normal, which turns with the strain.
+void BlockJacobi::add_off_plane(const RigidModes::Part& part, std::size_t i) {
+    const Completion completion = part.elastic.completion(i);
+    std::vector<Mat3> turn(seen_.size());  // displacement of a member to minus the turn of the normal
+    for (std::size_t k = 0; k < seen_.size(); ++k)
+        for (int s = 0; s < 3; ++s)
+            turn[k].col(s) = -completion.normal_change(Vec3::Unit(s) * seen_[k].gradient.transpose());
+    for (std::size_t k = 0; k < seen_.size(); ++k)
+        for (std::size_t j = 0; j < seen_.size(); ++j)
+            if (seen_[j].block == seen_[k].block && seen_[j].row >= seen_[k].row)
+                blocks_[seen_[k].block].elastic.block<3, 3>(seen_[j].row, seen_[k].row) +=
+                    (seen_[j].height * turn[k] + seen_[k].height * turn[j].transpose()).cast<float>();
 }
 
 void BlockJacobi::assemble(std::span<const RigidModes::Part> parts) {

@@ -61,14 +61,16 @@ class BlockJacobi {
     /// Member of a block that a row sees.
     struct Seen {
         std::uint32_t block = 0;
-        Eigen::Index row = 0;  // of the block's matrix
-        Vec3 gradient = Vec3::Zero();
-        double weight = 0;  // N/m, of its penalty
+        Eigen::Index row = 0;          // of the block's matrix
+        Vec3 gradient = Vec3::Zero();  // 1/m
+        double weight = 0;             // N/m, of its penalty
+        double height = 0;             // N, weight times height above the plane of a flat phyxel (rank 2)
     };
 
     void find_blocks(std::span<const RigidModes::Part> parts);
     void see_row(const RigidModes::Part& part, std::uint32_t p, std::size_t i);
     void add_row(const RigidModes::Part& part, std::uint32_t p, std::size_t i);
+    void add_off_plane(const RigidModes::Part& part, std::size_t i);
     void assemble(std::span<const RigidModes::Part> parts);
     void add_springs(const ContactProducts& springs);
     static bool have_springs_changed(const Block& block);

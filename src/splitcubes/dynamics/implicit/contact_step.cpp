@@ -137,7 +137,6 @@ void ImplicitSolver::step_together(std::span<Member> members, const ContactInput
         s.update_phyxels(job);
         s.bind_pieces(job, contacts, k);
     });
-    group.undo_couples();
     if (options.restore_momentum && members.size() > 1) restore_shared(group, contacts);
     group.each([&](ImplicitSolver& s, const Job& job, std::uint32_t k) {
         s.finish(job);

@@ -86,6 +86,8 @@ bool RigidModes::see_row(const Part& part, std::uint32_t p, std::size_t i) {
             if (seen.aggregate == static_cast<std::uint32_t>(aggregate)) return seen;
         return seen_.emplace_back(Seen{static_cast<std::uint32_t>(aggregate)});
     };
+    const bool is_off_plane = links.has_neighbours_off_plane(i);
+    double total_height = 0;
     for (std::uint32_t l = links.links_begin(i); l < links.links_end(i); ++l) {
         const std::uint32_t j = links.neighbour()[l];
         const double w = links.penalty()[i] * links.weight()[l];
@@ -97,12 +99,19 @@ bool RigidModes::see_row(const Part& part, std::uint32_t p, std::size_t i) {
         seen.weight += w;
         seen.arm += w * arm;
         seen.arm_square += w * arm * arm.transpose();
+        if (!is_off_plane) continue;
+        const double height = w * links.basis()[i].col(2).dot(links.rest_edge()[l]);
+        seen.height += height;
+        seen.height_arm += height * arm;
+        total_height += height;
     }
     if (own < 0) return true;
     // The displacement of i itself, subtracted in every link; add_penalty knows its weight.
     Seen& seen = seen_of(own);
     seen.gradient -= links.gradient_sum()[i];
     seen.arm_gradient -= arm_[p][i] * links.gradient_sum()[i].transpose();
+    seen.height -= total_height;
+    seen.height_arm -= total_height * arm_[p][i];
     return true;
 }
 
@@ -138,9 +147,6 @@ void RigidModes::add_penalty(const Part& part, std::uint32_t p, std::size_t i) {
 void RigidModes::add_row(const Part& part, std::uint32_t p, std::size_t i) {
     if (!see_row(part, p, i)) return;
     add_penalty(part, p, i);
-    const Neighbourhoods& links = part.neighbourhoods;
-    const double volume = links.volume()[i], penalty = links.penalty()[i];
-    const Mat3& moment = links.moment()[i];
     std::vector<Gradients> strain(seen_.size()), stress(seen_.size());
     for (std::size_t k = 0; k < seen_.size(); ++k)
         for (int m = 0; m < 6; ++m) {
@@ -149,14 +155,29 @@ void RigidModes::add_row(const Part& part, std::uint32_t p, std::size_t i) {
                 dF.row(m) = seen_[k].gradient.transpose();
             else
                 dF = cross_matrix(Vec3::Unit(m - 3)) * seen_[k].arm_gradient;
-            const Mat3 dP = part.factor * (volume * part.elastic.stress_change(i, dF, 1 / part.factor) -
-                                           penalty * dF * moment);
             strain[k].col(m) = dF.reshaped();
-            stress[k].col(m) = dP.reshaped();
+            stress[k].col(m) = (part.factor * part.elastic.tension_change(i, dF, 1 / part.factor)).reshaped();
         }
     for (std::size_t a = 0; a < seen_.size(); ++a)
         for (std::size_t b = 0; b <= a; ++b)
             add_pair(seen_[a].aggregate, seen_[b].aggregate, strain[a].transpose() * stress[b]);
+    if (part.neighbourhoods.has_neighbours_off_plane(i)) add_off_plane(part, i, strain);
+}
+
+// Pull of displacements off the plane of a flat phyxel on its normal, which turns with the strain.
+void RigidModes::add_off_plane(const Part& part, std::size_t i, std::span<const Gradients> strain) {
+    const Completion completion = part.elastic.completion(i);
+    std::vector<Modes> turn(seen_.size()), pull(seen_.size());
+    for (std::size_t k = 0; k < seen_.size(); ++k) {
+        for (int m = 0; m < 6; ++m)
+            turn[k].col(m) = -completion.normal_change(Mat3(strain[k].col(m).reshaped(3, 3)));
+        pull[k] << part.factor * seen_[k].height * Mat3::Identity(),
+            -part.factor * cross_matrix(seen_[k].height_arm);
+    }
+    for (std::size_t a = 0; a < seen_.size(); ++a)
+        for (std::size_t b = 0; b <= a; ++b)
+            add_pair(seen_[a].aggregate, seen_[b].aggregate,
+                     turn[a].transpose() * pull[b] + pull[a].transpose() * turn[b]);
 }
 
 void RigidModes::add_inertia(const Part& part, std::uint32_t p) {

@@ -62,6 +62,9 @@ class RigidModes {
         double weight = 0;                 // of the penalty, N/m
         Vec3 arm = Vec3::Zero();           // N, sum of weight (x_j - c)
         Mat3 arm_square = Mat3::Zero();    // N m
+        // Of a flat phyxel (rank 2): sums of weight times the height s_j of j above its plane.
+        double height = 0;               // N
+        Vec3 height_arm = Vec3::Zero();  // N m, sum of weight s_j (x_j - c)
     };
     struct Entry {
         std::uint32_t column = 0;
@@ -73,6 +76,7 @@ class RigidModes {
     bool see_row(const Part& part, std::uint32_t p, std::size_t i);
     void add_row(const Part& part, std::uint32_t p, std::size_t i);
     void add_penalty(const Part& part, std::uint32_t p, std::size_t i);
+    void add_off_plane(const Part& part, std::size_t i, std::span<const Gradients> strain);
     void add_inertia(const Part& part, std::uint32_t p);
     void add_springs(const ContactProducts& springs);
     void assemble(std::span<const Part> parts);

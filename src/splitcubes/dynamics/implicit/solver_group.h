@@ -88,7 +88,6 @@ struct ImplicitSolver::Group {
     double best_share();
     void shorten_solve();
     bool turn_solutions();
-    void undo_couples();
     /// Returns the slot of the first piece of each part, and the end; each part has one more for phyxels
     /// without a piece.
     std::vector<std::uint32_t> first_slots() const {

@@ -79,10 +79,11 @@ void SlicedElasticity::size_buffers(const Neighbourhoods& neighbourhoods, const 
     size(twists_.sum, 2 * n);
     for (FloatArray* array : {&twists_.distortion, &twists_.majorizer, &diagonal_, &energy_}) size(*array, n);
     fallback_.resize(slice_count());
-    row_energy_.resize(n);
+    energies_.row.resize(n);
     deformation_.resize(neighbourhoods.size());
     rotation_.resize(neighbourhoods.size());
     if (!corotated_) tangent_.resize(neighbourhoods.size());
+    list_off_plane_rows();
 }
 
 Mat3 SlicedElasticity::matrix_at(const FloatArray& array, std::size_t i) const {
@@ -174,7 +175,7 @@ void SlicedElasticity::take_configuration(const Neighbourhoods& neighbourhoods, 
     assert(configuration.position.size() == neighbourhoods.size());
     choose_frame(configuration);
     take_displacement(configuration, parallel);
-    energy_is_taken_ = false;
+    energies_.are_taken = false;
 }
 
 std::size_t SlicedElasticity::take_state(const Neighbourhoods& neighbourhoods, const Material& material,
@@ -194,14 +195,14 @@ std::size_t SlicedElasticity::take_state_and_energy(const Neighbourhoods& neighb
                                                     const Parallel& parallel) {
     take_configuration(neighbourhoods, material, configuration, parallel);
     const std::size_t grain = slice_grain(slice_count());
-    range_energy_.resize((slice_count() + grain - 1) / grain);
+    energies_.range.resize((slice_count() + grain - 1) / grain);
     const std::size_t bad = count_(parallel, slice_count(), grain, [&](std::size_t begin, std::size_t end) {
         std::size_t bad_rows = 0;
         take_rows(configuration, {begin, end}, bad_rows);
-        range_energy_[begin / grain] = range_energy(configuration, {begin, end});
+        energies_.range[begin / grain] = range_energy(configuration, {begin, end});
         return bad_rows;
     });
-    energy_is_taken_ = true;
+    energies_.are_taken = true;
     return bad;
 }
 
@@ -320,13 +321,13 @@ double SlicedElasticity::range_energy(const Configuration& configuration, const 
     const Lame lame{static_cast<float>(material_.lame_mu()), static_cast<float>(material_.lame_lambda())};
     double energy = corotated_ ? energy_pass(*slices_, range, arrays(), lame, energy_.data()) : 0;
     for (std::size_t i = range.begin * lanes; i < range.end * lanes; ++i)
-        row_energy_[i] = static_cast<double>(energy_[i]);
+        energies_.row[i] = static_cast<double>(energy_[i]);
     for (std::size_t slice = range.begin; slice < range.end; ++slice)
         for (unsigned fallback = fallback_[slice]; fallback != 0; fallback &= fallback - 1) {
             const std::size_t i = slice * lanes + static_cast<std::size_t>(std::countr_zero(fallback));
             if (i >= slices_->row_count()) continue;
-            row_energy_[i] = row_energy(configuration, i);
-            energy += row_energy_[i];
+            energies_.row[i] = row_energy(configuration, i);
+            energy += energies_.row[i];
         }
     return energy;
 }
@@ -336,51 +337,11 @@ double SlicedElasticity::energy(const Configuration& configuration, const Parall
     const std::size_t grain = slice_grain(slice_count());
     return sum_(parallel, slice_count(), grain, [&](std::size_t begin, std::size_t end) {
         const double part =
-            energy_is_taken_ ? range_energy_[begin / grain] : range_energy(configuration, {begin, end});
+            energies_.are_taken ? energies_.range[begin / grain] : range_energy(configuration, {begin, end});
         const std::size_t last = std::min(end * lanes, rows.size());
-        for (std::size_t i = begin * lanes; i < last; ++i) rows[i] = row_energy_[i];
+        for (std::size_t i = begin * lanes; i < last; ++i) rows[i] = energies_.row[i];
         return part;
     });
-}
-
-// Adds the penalty forces of rank 2 phyxels on neighbours off their plane: F maps these by the completed
-// normal, which the fitted gradient does not contain and which turns with it.
-void SlicedElasticity::add_off_plane_forces(float* force) const {
-    const std::size_t n = stride();
-    const auto displacement = [&](std::size_t i) {
-        Vec3 out;
-        for (std::size_t k = 0; k < 3; ++k)
-            out[static_cast<int>(k)] =
-                static_cast<double>(high_[k * n + i]) + static_cast<double>(low_[k * n + i]);
-        return out;
-    };
-    const auto add_off_plane_force = [&](std::size_t i) {
-        const std::span<const Vec3> edge = neighbourhoods_->rest_edge();
-        const Mat3& basis = neighbourhoods_->basis()[i];
-        const Mat3 F = frame_.world.transpose() * deformation_[i];
-        const Vec3 dropped = basis.col(2), turned = F * dropped - dropped, here = displacement(i);
-        Vec3 sum = Vec3::Zero();
-        for (std::uint32_t l = neighbourhoods_->links_begin(i); l < neighbourhoods_->links_end(i); ++l) {
-            const Vec3 moved = displacement(neighbourhoods_->neighbour()[l]) - here;
-            sum += neighbourhoods_->weight()[l] * dropped.dot(edge[l]) * (F * edge[l] - edge[l] - moved);
-        }
-        const double penalty = neighbourhoods_->penalty()[i];
-        const Mat3 tension = normal_tension(basis, F, penalty * sum);
-        for (std::uint32_t l = neighbourhoods_->links_begin(i); l < neighbourhoods_->links_end(i); ++l) {
-            const Vec3 on_neighbour = penalty * neighbourhoods_->weight()[l] * dropped.dot(edge[l]) * turned -
-                                      tension * neighbourhoods_->gradient()[l];
-            for (std::size_t k = 0; k < 3; ++k) {
-                const auto part = static_cast<float>(on_neighbour[static_cast<int>(k)]);
-                force[k * n + i] -= part;
-                force[k * n + neighbourhoods_->neighbour()[l]] += part;
-            }
-        }
-    };
-    for (std::size_t slice = 0; slice < slice_count(); ++slice)
-        for (unsigned bits = slices_->deficient()[slice]; bits != 0; bits &= bits - 1) {
-            const std::size_t i = slice * lanes + static_cast<std::size_t>(std::countr_zero(bits));
-            if (neighbourhoods_->has_neighbours_off_plane(i)) add_off_plane_force(i);
-        }
 }
 
 const float* SlicedElasticity::forces(const Parallel& parallel) {
@@ -433,12 +394,20 @@ double SlicedElasticity::apply_stiffness(float factor, const float* diagonal, co
         else
             direction_pass(*slices_, range, dx, arrays_of_tangents(), corotated_, lame, twist_share);
         if (!corotated_) change_stress(range, static_cast<double>(twist_share));
+        change_deficient_rows(range, dx, static_cast<double>(twist_share), weights);
     });
-    return sum_(parallel, slice_count(), slice_grain(slice_count()), [&](std::size_t begin, std::size_t end) {
+    const auto find_forces = [&](const SliceRange& range) {
         if (weights)
-            weighted_force_pass(*slices_, {begin, end}, arrays(), out);
+            weighted_force_pass(*slices_, range, arrays(), out);
         else
-            force_pass(*slices_, {begin, end}, arrays(), out);
+            force_pass(*slices_, range, arrays(), out);
+    };
+    if (!off_plane_.rows.empty()) {
+        for_slices(parallel, slice_count(), find_forces);
+        add_off_plane_changes(out);
+    }
+    return sum_(parallel, slice_count(), slice_grain(slice_count()), [&](std::size_t begin, std::size_t end) {
+        if (off_plane_.rows.empty()) find_forces({begin, end});
         return finish_product(stride(), {begin, end}, diagonal, factor, dx, out);
     });
 }

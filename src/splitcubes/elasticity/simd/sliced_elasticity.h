@@ -59,9 +59,12 @@ class SlicedElasticity {
     void take_twists(const TwistState& from, const Parallel& parallel);
     /// Returns the twist of phyxel i, Pa, and whether it is the majorizer's.
     Mat3 twist(std::size_t i) const;
-    /// Returns dP of dF at phyxel i by the tangents, Pa, in double precision. twist_share: factor on the
-    /// twist.
-    Mat3 stress_change(std::size_t i, const Mat3& dF, double twist_share) const;
+    /// Returns how the completed directions of phyxel i follow a change.
+    Completion completion(std::size_t i) const;
+    /// Returns dT, N m, of a change dH of the fitted gradient of phyxel i by the tangents, in double
+    /// precision: V dP less the fitted part of the penalty, so that dT : dH is twice the energy of both but
+    /// for the pull of displacements off a flat phyxel's plane. twist_share: factor on the twist.
+    Mat3 tension_change(std::size_t i, const Mat3& dH, double twist_share) const;
     bool is_majorizer(std::size_t i) const { return twists_.majorizer[i] > 0; }
 
     // The following refer to the last state.
@@ -110,7 +113,12 @@ class SlicedElasticity {
     void sum_twists(const TwistState& from);
     double twist_factor(const TwistState& from, std::size_t i) const;
     void set_symmetric(FloatArray& array, std::size_t i, const Mat3& matrix) const;
+    Mat3 stress_change(std::size_t i, const Mat3& dF, double twist_share) const;
+    bool is_completed(std::size_t i) const;
+    void list_off_plane_rows();
     void add_off_plane_forces(float* force) const;
+    void change_deficient_rows(const SliceRange& range, const float* dx, double twist_share, bool weights);
+    void add_off_plane_changes(float* force) const;
 
     /// Twists of the tangents, and what they depend on; arrays as in SliceState.
     struct Twists {
@@ -125,6 +133,18 @@ class SlicedElasticity {
         FloatArray turn;                // 9, R - I in the world; only if it is rotated
     };
 
+    /// Energies of the last configuration that they were computed for.
+    struct Energies {
+        std::vector<double> row, range;  // J, per row, per chunk
+        bool are_taken = false;          // they are of the last state
+    };
+
+    /// Flat phyxels (rank 2) with neighbours off their plane.
+    struct OffPlane {
+        std::vector<std::uint32_t> rows;
+        std::vector<Vec3> normal_change;  // per phyxel, of the direction; only those of `rows` are valid
+    };
+
     const Neighbourhoods* neighbourhoods_ = nullptr;
     const LinkSlices* slices_ = nullptr;
     Material material_;
@@ -133,13 +153,12 @@ class SlicedElasticity {
     FloatArray gradient_, turn_, tension_, penalty_;  // as in SliceState
     FloatArray direction_, force_, diagonal_;         // 3, 3, 1
     FloatArray energy_;                               // 1, J
-    std::vector<double> row_energy_;                  // J, per row
-    std::vector<double> range_energy_;                // J, per chunk
-    bool energy_is_taken_ = false;                    // row_energy_ and range_energy_ are of the last state
-    std::vector<std::uint16_t> fallback_;             // per slice
-    std::vector<Mat3> deformation_, rotation_;        // per phyxel, set for fallback rows
+    Energies energies_;
+    std::vector<std::uint16_t> fallback_;       // per slice
+    std::vector<Mat3> deformation_, rotation_;  // per phyxel, set for fallback rows
     StrainFrame frame_;
     Twists twists_;
+    OffPlane off_plane_;
     std::vector<Tangent> tangent_;  // per phyxel, unless corotated_
     ChunkSumOf<double> sum_;
     ChunkSumOf<std::size_t> count_;
