@@ -4,7 +4,10 @@
 #include <splitcubes/api/internal/session.h>
 #include <splitcubes/api/internal/simulation_impl.h>
 #include <splitcubes/body/body.h>
+#include <splitcubes/contact/detection/collider_contact.h>
 
+#include <cstdint>
+#include <span>
 #include <utility>
 
 namespace splitcubes {
@@ -83,16 +86,20 @@ std::vector<SampleLink> Simulation::links(BodyId body) const {
     return impl().read([&](const Session& s) { return sample_links_of(s.body(body)); });
 }
 
-// A contact's key is body, collider + 1, vertex; see ContactFinder.
+// See contact_key.
 std::vector<ContactPoint> Simulation::contacts() const {
     return impl().read([](const Session& s) {
         std::vector<ContactPoint> out;
         for (const meshless::CachedContact& contact : s.world().active_contacts()) {
             const auto position = static_cast<std::size_t>(contact.key >> 48);
-            const auto vertex = static_cast<std::size_t>(contact.key & 0xffffffffU);
-            const std::vector<Vec3>& points = s.world().bodies()[position]->vertex_positions();
-            if (vertex < points.size())
-                out.push_back({s.things().bodies.id_at(position), public_vector(points[vertex]),
+            const auto index = static_cast<std::uint32_t>(contact.key);
+            const body::Body& of = *s.world().bodies()[position];
+            const std::span<const Vec3> points = (index & body::phyxel_bit) != 0
+                                                     ? std::span<const Vec3>(of.phyxels().position)
+                                                     : std::span<const Vec3>(of.vertex_positions());
+            const std::size_t point = index & ~body::phyxel_bit;
+            if (point < points.size())
+                out.push_back({s.things().bodies.id_at(position), public_vector(points[point]),
                                public_vector(contact.force), (contact.key >> 32 & 0xffffU) == 0});
         }
         return out;

@@ -15,6 +15,9 @@ inline std::uint64_t contact_key(std::uint32_t body, std::size_t other, std::uin
     return static_cast<std::uint64_t>(body) << 48 | static_cast<std::uint64_t>(other) << 32 | vertex;
 }
 
+/// Set in the last 32 bits of the key of a contact of a phyxel with a collider; the others are its index.
+inline constexpr std::uint32_t phyxel_bit = 1U << 31;
+
 /// Poses of a collider at the beginning and the end of a step.
 struct ColliderPoses {
     Isometry before, after;        // world from own

@@ -92,6 +92,28 @@ void ColliderOverlaps::keep_deep_pieces(const BodyView& body) {
     for (const Near& near : near_)
         if (near.is_deep()) deep_[static_cast<std::size_t>(near.piece)] = 1;
     std::erase_if(near_, [&](const Near& near) { return deep_[static_cast<std::size_t>(near.piece)] == 0; });
+}
+
+// Returns the depth of a point in the collider that it is deepest in, m.
+double ColliderOverlaps::depth_of(const Task& task, const Vec3& point) const {
+    double depth = -std::numeric_limits<double>::infinity();
+    for (std::size_t c = 0; c < poses_.size(); ++c)
+        depth = std::max(depth, -task.colliders[c].solid->at(poses_[c].to_after * point).distance);
+    return depth;
+}
+
+// Replaces the vertices of elastic pieces by their phyxels that are too deep.
+void ColliderOverlaps::take_phyxels(const Task& task, const BodyView& body) {
+    const meshless::Phyxels& phyxels = body.phyxels;
+    std::erase_if(near_, [&](const Near& near) { return phyxels.rigid.index(near.piece) < 0; });
+    const double allowed = tuning::overlaps::max_centre_share * body.spacing;
+    for (std::uint32_t i = 0; i < phyxels.size(); ++i) {
+        const std::int32_t piece = phyxels.piece[i];
+        if (piece < 0 || deep_[static_cast<std::size_t>(piece)] == 0 || phyxels.rigid.index(piece) >= 0)
+            continue;
+        const Near near{piece, i, phyxels.position[i], depth_of(task, phyxels.position[i]), allowed};
+        if (near.is_deep()) near_.push_back(near);
+    }
     std::stable_sort(near_.begin(), near_.end(),
                      [](const Near& a, const Near& b) { return a.piece < b.piece; });
 }
@@ -126,10 +148,13 @@ std::span<const ColliderOverlaps::Drawn> ColliderOverlaps::drawn(const Task& tas
     if (task.colliders.empty() || body.is_lattice_driven) return drawn_;
     take_poses(task);
     list_near(task, index, Time::end, parallel);
+    const std::vector<std::uint8_t> held = held_pieces(body);
     for (const Near& near : near_) {
         if (!near.is_deep()) continue;
-        const Vec3 position =
-            near.point + lift_of(task, {&near, 1}, 0, tuning::overlaps::max_drawn_share * body.spacing);
+        const double most = held[static_cast<std::size_t>(near.piece)] != 0
+                                ? tuning::overlaps::max_drawn_share * body.spacing
+                                : std::numeric_limits<double>::infinity();
+        const Vec3 position = near.point + lift_of(task, {&near, 1}, 0, most);
         if (position.allFinite()) drawn_.push_back({near.vertex, position});
     }
     return drawn_;
@@ -297,6 +322,7 @@ ColliderOverlaps::Outcome ColliderOverlaps::undo(const Task& task, const Paralle
         allow_depths(body, depths_[b]);
         keep_deep_pieces(body);
         if (near_.empty()) continue;
+        take_phyxels(task, body);
         const std::vector<std::uint8_t> held = held_pieces(body);
         const std::size_t before = outcome.pieces;
         for (auto first = near_.begin(); first != near_.end();) {

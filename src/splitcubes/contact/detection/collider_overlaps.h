@@ -20,9 +20,10 @@ namespace splitcubes::body {
 /// that is allowed, and stopped there by inelastic impulses with Coulomb friction on its rigid motion. Pieces
 /// that are held in part stay.
 ///
-/// Contact forces act on means of phyxels. In strained material single vertices move by a part of the spacing
-/// farther, and lifting the whole piece for them would add energy. So vertices of elastic pieces may be as
-/// deep as that, and are drawn at the depth that is allowed.
+/// Contact forces act on means of phyxels. In strained material single vertices move farther, by a part of
+/// the spacing, or by several spacings where a cut draws them from one inverted phyxel. Lifting the whole
+/// piece for them would add energy, so elastic pieces are lifted for their phyxels only, and their vertices
+/// are drawn at the depth that is allowed.
 ///
 /// A rigid piece is lifted only for vertices that moved in the step. A cut makes vertices, so some begin the
 /// step inside a collider. They may stay as deep as they began, until contact forces have pushed them out.
@@ -62,10 +63,10 @@ class ColliderOverlaps {
     bool found_deep(std::size_t body) const { return found_deep_[body] != 0; }
 
   private:
-    /// Vertex near a collider.
+    /// Vertex, or phyxel of an elastic piece, near a collider.
     struct Near {
         std::int32_t piece;
-        std::uint32_t vertex;
+        std::uint32_t vertex;   // or phyxel
         Vec3 point;             // m, world
         double depth, allowed;  // m, in the collider
         bool is_deep() const { return depth > allowed; }
@@ -97,6 +98,8 @@ class ColliderOverlaps {
     void allow_depths(const BodyView& body, std::span<const Depth> kept);
     void take_poses(const Task& task);
     void keep_deep_pieces(const BodyView& body);
+    void take_phyxels(const Task& task, const BodyView& body);
+    double depth_of(const Task& task, const Vec3& point) const;
     Vec3 lift_of(const Task& task, std::span<const Near> near, double least, double most) const;
     void list_stops(const Task& task, std::span<const Near> near, const Vec3& lift,
                     const PieceMotion& motion);

@@ -65,19 +65,21 @@ void PieceTurns::measure(std::span<const BodyView> bodies, const ContactIsland& 
                                     parallel);
         for (std::uint32_t p = 0; p < momenta_.size(); ++p) {
             const std::uint32_t root = sets_.find(first_[k] + p);
-            if (is_bound_[root] == 0 && momenta_[p].mass > 0) free_.emplace_back(root, momenta_[p]);
+            if (is_bound_[root] == 0 && momenta_[p].mass > 0)
+                free_.push_back({root, first_[k] + p, momenta_[p]});
         }
     }
-    std::stable_sort(free_.begin(), free_.end(),
-                     [](const auto& a, const auto& b) { return a.first < b.first; });
+    std::sort(free_.begin(), free_.end(), [](const Free& a, const Free& b) {
+        return a.root != b.root ? a.root < b.root : a.slot < b.slot;
+    });
     angle_.assign(first_.back(), Vec3::Zero());
     for (std::size_t begin = 0, end = 0; begin < free_.size(); begin = end) {
         group_.clear();
-        for (; end < free_.size() && free_[end].first == free_[begin].first; ++end)
-            group_.push_back(free_[end].second);
+        for (; end < free_.size() && free_[end].root == free_[begin].root; ++end)
+            group_.push_back(free_[end].momenta);
         const Momenta all = meshless::together(group_);
         const Vec3 angle = dt * meshless::angular_velocity(all.inertia, all.angular_momentum);
-        if (angle.norm() < tuning::turns::max_angle) angle_[free_[begin].first] = angle;
+        if (angle.norm() < tuning::turns::max_angle) angle_[free_[begin].root] = angle;
     }
 }
 

@@ -9,7 +9,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
-#include <utility>
 #include <vector>
 
 namespace splitcubes::body {
@@ -33,6 +32,11 @@ class PieceTurns {
               std::span<ContactIsland> islands);
 
   private:
+    /// Piece of a set that is free.
+    struct Free {
+        std::uint32_t root, slot;
+        meshless::Momenta momenta;
+    };
     std::uint32_t slot(std::span<const BodyView> bodies, const ContactIsland& island,
                        const meshless::ContactSide& side) const;
     void group(std::span<const BodyView> bodies, const ContactIsland& island);
@@ -44,8 +48,8 @@ class PieceTurns {
     std::vector<std::span<const Vec3>> position_;  // m, per body of an island and phyxel
     std::vector<std::uint8_t> is_bound_;           // per slot, of its set at the root
     std::vector<Vec3> angle_;                      // rad, times the unit axis; per slot, at the root
-    std::vector<meshless::Momenta> momenta_, sums_, group_;          // of pieces; buffer; of a set's pieces
-    std::vector<std::pair<std::uint32_t, meshless::Momenta>> free_;  // by root, pieces of sets that are free
+    std::vector<meshless::Momenta> momenta_, sums_, group_;  // of pieces; buffer; of a set's pieces
+    std::vector<Free> free_;
 };
 
 }  // namespace splitcubes::body

@@ -238,8 +238,11 @@ inline constexpr double max_kept_share = 0.4;
 /// Depth up to which a vertex of an elastic piece stays in a collider, 0.4 to 1.5; the same trade. Cuts leave
 /// vertices that deep, and flaps swing on phyxels that are outside.
 inline constexpr double max_elastic_share = 1;
-/// Depth up to which a vertex is drawn elsewhere than its motion takes it, above max_elastic_share, to 2.
-/// Larger hides pieces that are held in a collider; smaller draws them inside.
+/// Depth up to which a phyxel of an elastic piece stays in a collider, 0.5 to 1.5; the same trade. Contact
+/// forces hold it there, which in material that its own weight crushes sinks by half a spacing.
+inline constexpr double max_centre_share = 1;
+/// Depth up to which a vertex of a piece that is held is drawn elsewhere than its motion takes it, above
+/// max_elastic_share, to 2. Larger hides pieces that are held in a collider; smaller draws them inside.
 inline constexpr double max_drawn_share = 1.5;
 /// Distance from a collider up to which the vertices of a piece are looked at, 0.5 to 2. Smaller may lift a
 /// piece into another collider.

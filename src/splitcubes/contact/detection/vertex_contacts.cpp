@@ -20,7 +20,7 @@ namespace splitcubes::body {
 
 namespace {
 
-constexpr std::size_t vertices_per_range = 256;
+constexpr std::size_t vertices_per_range = 256, phyxels_per_range = 64;
 
 constexpr unsigned box_bits = 20;  // a grid has at most 2^20 nodes along an axis
 
@@ -29,6 +29,18 @@ std::uint64_t box_of(const Vec3i& cell, int side) {
     std::uint64_t key = 0;
     for (int k = 0; k < 3; ++k) key = key << box_bits | static_cast<std::uint64_t>(cell[k] / side + 1);
     return key;
+}
+
+// Returns how far a point of a box moves in the frame of a collider in the step at most, m.
+double motion_of(const ColliderPoses& poses, const geometry::Box& box) {
+    return (poses.to_after * box.center() - poses.to_before * box.center()).norm() +
+           (poses.to_after.linear() - poses.to_before.linear()).norm() * 0.5 * box.size().norm();
+}
+
+// Returns whether all points of a box are farther from a collider than `reach`, m.
+bool is_apart(const Collider& collider, const ColliderPoses& poses, const geometry::Box& box, double reach) {
+    return collider.solid->at(poses.to_before * box.center()).distance >
+           collider.solid->lipschitz_constant() * 0.5 * box.size().norm() + reach;
 }
 
 }  // namespace
@@ -66,13 +78,8 @@ void VertexContacts::list_near(const BodyView& body, const BodyCache& cache, con
         for (std::size_t v = begin; v < end; ++v)
             if (vertices[v].alive()) box.add(positions[v]);
         if (box.empty()) return;
-        const double radius = 0.5 * box.size().norm();
-        const Vec3 centre = poses.to_before * box.center();
-        const double moved = (poses.to_after * box.center() - centre).norm() +
-                             (poses.to_after.linear() - poses.to_before.linear()).norm() * radius;
-        const double reach = offset + moved;
-        if (collider.solid->at(centre).distance > collider.solid->lipschitz_constant() * radius + reach)
-            return;
+        const double reach = offset + motion_of(poses, box);
+        if (is_apart(collider, poses, box, reach)) return;
         for (std::size_t v = begin; v < end; ++v) {
             if (!vertices[v].alive()) continue;
             const double distance = collider.solid->at(poses.to_before * positions[v]).distance;
@@ -173,11 +180,45 @@ void VertexContacts::add_contact(const Task& task, std::uint32_t body_index, con
     contacts_.push_back(*contact);
 }
 
+// Adds the contacts of phyxels of elastic pieces.
+void VertexContacts::meet_phyxels(const Task& task, std::uint32_t body_index, const Collider& collider,
+                                  std::size_t index, const ColliderPoses& poses) {
+    const BodyView& body = task.bodies[body_index];
+    const meshless::Phyxels& phyxels = body.phyxels;
+    const double margin = tuning::contacts::collider_speculative_share * body.spacing;
+    const double offset = task.max_displacement[body_index] + margin;
+    for (std::size_t begin = 0; begin < phyxels.size(); begin += phyxels_per_range) {
+        const std::size_t end = std::min(begin + phyxels_per_range, phyxels.size());
+        geometry::Box box;
+        for (std::size_t i = begin; i < end; ++i) box.add(phyxels.position[i]);
+        const double reach = offset + motion_of(poses, box);
+        if (is_apart(collider, poses, box, reach)) continue;
+        for (std::size_t i = begin; i < end; ++i) {
+            const Vec3& position = phyxels.position[i];
+            const std::int32_t piece = phyxels.piece[i];
+            if (piece < 0 || phyxels.rigid.index(piece) >= 0 || !position.allFinite()) continue;
+            if (!(collider.solid->at(poses.to_before * position).distance < reach)) continue;
+            const SurfacePoint point{position, position,
+                                     task.dt * (phyxels.velocity[i] + task.dt * task.gravity), 0};
+            std::optional<meshless::Contact> contact = touch(collider, poses, point, margin);
+            if (!contact) continue;
+            contact->key = contact_key(body_index, index + 1, phyxel_bit | static_cast<std::uint32_t>(i));
+            contact->upper.part = body_index;
+            contact->upper.count = 1;
+            contact->upper.phyxel[0] = static_cast<std::uint32_t>(i);
+            contact->upper.weight[0] = 1;
+            contact->max_depenetration = tuning::contacts::collider_depenetration_share * body.spacing;
+            contacts_.push_back(*contact);
+        }
+    }
+}
+
 void VertexContacts::meet(const Task& task, const Collider& collider, std::size_t index,
                           const ColliderPoses& poses, const Parallel& parallel) {
     for (std::uint32_t b = 0; b < task.bodies.size(); ++b) {
         const BodyView& body = task.bodies[b];
         if (body.is_lattice_driven) continue;
+        meet_phyxels(task, b, collider, index, poses);
         list_near(body, caches_[b], collider, poses, task.max_displacement[b], parallel);
         const double tolerance = tuning::contacts::vertex_tolerance * body.grid.rest().cell_size;
         for (auto first = near_.begin(); first != near_.end();) {

@@ -20,6 +20,9 @@ struct SurfacePoint;
 /// touches it, too, if it is nearer than all samples around it, by more than a tolerance.
 /// Contacts between pieces do without such vertices: the other face yields to the nearest sample.
 ///
+/// Phyxels lie inside the surface. Those of very soft material can pass through it and into a collider, which
+/// no vertex shows. So the phyxels of elastic pieces touch colliders, too.
+///
 /// Only influences of vertices are kept between steps; they do not affect what is found.
 class VertexContacts {
   public:
@@ -64,6 +67,8 @@ class VertexContacts {
                    const ColliderPoses& poses, double max_displacement, const Parallel& parallel);
     const Influence& influence_of(const BodyView& body, std::uint32_t index, std::uint32_t vertex,
                                   std::int32_t piece);
+    void meet_phyxels(const Task& task, std::uint32_t body_index, const Collider& collider, std::size_t index,
+                      const ColliderPoses& poses);
     const Near* sample_near(const Near& vertex, double tolerance) const;
     SurfacePoint point_of(const Task& task, std::uint32_t body_index, const Near& near);
     void add_contact(const Task& task, std::uint32_t body_index, const Near& near, const SurfacePoint& point,
