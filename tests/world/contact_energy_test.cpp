@@ -276,9 +276,10 @@ TEST(ContactEnergy, BlocksThatAHoldPushesKeepItsWork) {
     }
 }
 
-// Material that its own weight crushes turns inside out where it lands. Its phyxels do not sink into the
-// ground, where a cut would find them and lift the body for what it draws of them.
-TEST(ContactEnergy, CrushedBodiesStayAboveTheGroundAndGainNone) {
+// Material that its own weight crushes turns inside out where it lands. Without contacts of phyxels it sank
+// four spacings through its own surface into the ground, and cuts that found it there lifted the body: all
+// gained 3 to 30 %.
+TEST(ContactEnergy, CrushedBodiesStayAboveTheGround) {
     Random random(5);
     for (int trial = 0; trial < 6; ++trial) {
         WorldSettings settings = world_settings();

@@ -18,7 +18,6 @@ BodyView Body::view() {
             samples_.locator,
             samples_.spacing,
             is_lattice_driven(),
-            boundary_.held(),
             boundary_.kinematic_rigid_pieces(),
             !handles().empty()};
 }

@@ -43,8 +43,7 @@ struct BodyView {
     meshless::Phyxels& phyxels;              // RigidContacts pushes them
     const meshless::PhyxelLocator& locator;  // of the rest positions of the phyxels
     double spacing;                          // m, between phyxels
-    bool is_lattice_driven;              // a deformation model moves the body: it takes no part in contacts
-    std::span<const std::uint8_t> held;  // per phyxel, of the last step, 1: its position is prescribed
+    bool is_lattice_driven;  // a deformation model moves the body: it takes no part in contacts
     std::span<const meshless::RigidKinematicTarget> kinematic_rigid_pieces;  // of the last step
     bool is_pulled;                                                          // it has handles
 

@@ -20,12 +20,15 @@ bool is_between_pieces(const Contact& contact) {
 
 }  // namespace
 
-// Returns the slot of the piece of a side; the last one of a body is for phyxels without a piece.
+// Returns the slot of a piece; the last one of a body is for phyxels without a piece.
+std::uint32_t PieceTurns::slot(std::uint32_t part, std::int32_t piece) const {
+    const std::uint32_t last = first_[part + 1] - 1;
+    return piece < 0 ? last : std::min(first_[part] + static_cast<std::uint32_t>(piece), last);
+}
+
 std::uint32_t PieceTurns::slot(std::span<const BodyView> bodies, const ContactIsland& island,
                                const ContactSide& side) const {
-    const std::int32_t piece = bodies[island.bodies[side.part]].phyxels.piece[side.phyxel[0]];
-    const std::uint32_t last = first_[side.part + 1] - 1;
-    return piece < 0 ? last : std::min(first_[side.part] + static_cast<std::uint32_t>(piece), last);
+    return slot(side.part, bodies[island.bodies[side.part]].phyxels.piece[side.phyxel[0]]);
 }
 
 // Joins pieces that may touch each other, and marks sets that anything else touches, holds or pulls.
@@ -43,13 +46,8 @@ void PieceTurns::group(std::span<const BodyView> bodies, const ContactIsland& is
     for (std::uint32_t k = 0; k < island.bodies.size(); ++k) {
         const BodyView& body = bodies[island.bodies[k]];
         is_bound_[sets_.find(first_[k + 1] - 1)] = 1;
-        for (std::uint32_t i = 0; i < body.phyxels.held.size(); ++i) {
-            if (body.phyxels.held[i] == 0) continue;
-            ContactSide side;
-            side.part = k;
-            side.phyxel[0] = i;
-            is_bound_[sets_.find(slot(bodies, island, side))] = 1;
-        }
+        for (std::size_t i = 0; i < body.phyxels.held.size(); ++i)
+            if (body.phyxels.held[i] != 0) is_bound_[sets_.find(slot(k, body.phyxels.piece[i]))] = 1;
         for (std::uint32_t s = first_[k]; body.is_pulled && s < first_[k + 1]; ++s)
             is_bound_[sets_.find(s)] = 1;
     }

@@ -37,6 +37,7 @@ class PieceTurns {
         std::uint32_t root, slot;
         meshless::Momenta momenta;
     };
+    std::uint32_t slot(std::uint32_t part, std::int32_t piece) const;
     std::uint32_t slot(std::span<const BodyView> bodies, const ContactIsland& island,
                        const meshless::ContactSide& side) const;
     void group(std::span<const BodyView> bodies, const ContactIsland& island);

@@ -19,8 +19,8 @@ Mat3 mobility_at(double inverse_mass, const Mat3& inverse_inertia, const Vec3& a
 
 std::vector<std::uint8_t> held_pieces(const BodyView& body) {
     std::vector<std::uint8_t> held(body.pieces.count(), 0);
-    for (std::size_t i = 0; i < body.held.size(); ++i)
-        if (body.held[i] != 0) held[static_cast<std::size_t>(body.phyxels.piece[i])] = 1;
+    for (std::size_t i = 0; i < body.phyxels.held.size(); ++i)
+        if (body.phyxels.held[i] != 0) held[static_cast<std::size_t>(body.phyxels.piece[i])] = 1;
     return held;
 }
 

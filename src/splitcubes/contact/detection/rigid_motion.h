@@ -17,7 +17,7 @@ Mat3 inverse_of_inertia(const Mat3& inertia);
 /// from the centre of mass.
 Mat3 mobility_at(double inverse_mass, const Mat3& inverse_inertia, const Vec3& arm);
 
-/// Returns, per piece of a body, 1 if the position of one of its phyxels was prescribed in the last step.
+/// Returns, per piece of a body, 1 if the position of one of its phyxels is prescribed (Phyxels::held).
 std::vector<std::uint8_t> held_pieces(const BodyView& body);
 
 }  // namespace splitcubes::body

@@ -235,8 +235,9 @@ inline constexpr double allowed_share = 0.048;
 /// Depth up to which a vertex of a rigid piece that a cut made or moved stays in a collider, 0.1 to 0.5.
 /// Larger hides more of what is in there; smaller lifts pieces for nothing that moved, which adds energy.
 inline constexpr double max_kept_share = 0.4;
-/// Depth up to which a vertex of an elastic piece stays in a collider, 0.4 to 1.5; the same trade. Cuts leave
-/// vertices that deep, and flaps swing on phyxels that are outside.
+/// Depth of a vertex of an elastic piece in a collider, 0.4 to 1.5, from which the phyxels of the piece are
+/// looked at. Cuts leave vertices that deep, and flaps swing on phyxels that are outside. Larger lets phyxels
+/// stay; smaller costs time.
 inline constexpr double max_elastic_share = 1;
 /// Depth up to which a phyxel of an elastic piece stays in a collider, 0.5 to 1.5; the same trade. Contact
 /// forces hold it there, which in material that its own weight crushes sinks by half a spacing.

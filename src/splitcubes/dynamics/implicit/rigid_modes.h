@@ -62,8 +62,8 @@ class RigidModes {
         double weight = 0;                 // of the penalty, N/m
         Vec3 arm = Vec3::Zero();           // N, sum of weight (x_j - c)
         Mat3 arm_square = Mat3::Zero();    // N m
-        // Of a flat phyxel (rank 2): sums of weight times the height s_j of j above its plane.
-        double height = 0;               // N
+        // s_j is the height of j above the plane of a flat phyxel (rank 2).
+        double height = 0;               // N, sum of weight s_j
         Vec3 height_arm = Vec3::Zero();  // N m, sum of weight s_j (x_j - c)
     };
     struct Entry {

@@ -31,18 +31,17 @@ void add_to_row(float* array, std::size_t stride, std::size_t i, const Vec3& val
 
 }  // namespace
 
-bool SlicedElasticity::is_completed(std::size_t i) const {
-    return neighbourhoods_->rank()[i] == 1 || neighbourhoods_->rank()[i] == 2;
-}
-
 Completion SlicedElasticity::completion(std::size_t i) const {
-    if (!is_completed(i)) return {};
     return {neighbourhoods_->rank()[i], neighbourhoods_->basis()[i], deformation_[i], rotation_[i]};
 }
 
 Mat3 SlicedElasticity::tension_change(std::size_t i, const Mat3& dH, double twist_share) const {
+    return tension_change(i, completion(i), dH, twist_share);
+}
+
+Mat3 SlicedElasticity::tension_change(std::size_t i, const Completion& completed, const Mat3& dH,
+                                      double twist_share) const {
     const Neighbourhoods& links = *neighbourhoods_;
-    const Completion completed = completion(i);
     Mat3 out = links.volume()[i] * completed.resolve(stress_change(i, completed.complete(dH), twist_share)) -
                links.penalty()[i] * dH * links.moment()[i];
     if (!links.has_neighbours_off_plane(i)) return out;
@@ -106,9 +105,9 @@ void SlicedElasticity::change_deficient_rows(const SliceRange& range, const floa
             dH += change * links.gradient()[l].transpose();
             if (is_off_plane) moved += links.weight()[l] * dropped.dot(links.rest_edge()[l]) * change;
         }
-        Mat3 tension = tension_change(i, dH, twist_share);
+        const Completion completed = completion(i);
+        Mat3 tension = tension_change(i, completed, dH, twist_share);
         if (is_off_plane) {
-            const Completion completed = completion(i);
             off_plane_.normal_change[i] = completed.normal_change(dH);
             tension -= completed.resolve_normal(links.penalty()[i] * moved);
         }
@@ -117,7 +116,7 @@ void SlicedElasticity::change_deficient_rows(const SliceRange& range, const floa
         set_matrix(tension_, i, tension);
     };
     for_deficient_rows(*slices_, range, [&](std::size_t i) {
-        if (is_completed(i)) change_row(i);
+        if (links.rank()[i] > 0) change_row(i);
     });
 }
 

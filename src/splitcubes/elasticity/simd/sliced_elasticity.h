@@ -114,7 +114,8 @@ class SlicedElasticity {
     double twist_factor(const TwistState& from, std::size_t i) const;
     void set_symmetric(FloatArray& array, std::size_t i, const Mat3& matrix) const;
     Mat3 stress_change(std::size_t i, const Mat3& dF, double twist_share) const;
-    bool is_completed(std::size_t i) const;
+    Mat3 tension_change(std::size_t i, const Completion& completion, const Mat3& dH,
+                        double twist_share) const;
     void list_off_plane_rows();
     void add_off_plane_forces(float* force) const;
     void change_deficient_rows(const SliceRange& range, const float* dx, double twist_share, bool weights);
