@@ -18,7 +18,7 @@ set(_test_headers ${_math_headers} <gtest/gtest.h> <gmock/gmock.h>)
 set(_test_world_headers ${_test_headers} <splitcubes/body/body.h>
   <splitcubes/world/world.h>)
 set(_world_targets splitcubes_world nlohmann_json::nlohmann_json)
-set(_test_targets GTest::gtest GTest::gmock)
+set(_test_targets splitcubes_test_flags GTest::gtest GTest::gmock)
 set(_test_world_targets ${_test_targets} splitcubes_world)
 
 # splitcubes_precompile(TARGET GROUP): lets the target use the precompiled headers of a group.
