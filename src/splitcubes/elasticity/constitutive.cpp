@@ -35,10 +35,63 @@ Mat3 second_piola(const Material& material, const Mat3& elastic_strain) {
     return stress;
 }
 
-Mat3 elastic_green(const Material& material, const Mat3& F, const Mat3& plastic_strain) {
-    Mat3 E = 0.5 * (F.transpose() * F - Mat3::Identity());
-    if (material.plasticity) E -= plastic_strain;
-    return E;
+// Green's strain of a principal stretch, continued by its tangent below min_green_stretch, and its
+// derivative.
+double principal_strain(double stretch) {
+    constexpr double least = tuning::constitutive::min_green_stretch;
+    return stretch < least ? 0.5 * (least * least - 1) + least * (stretch - least)
+                           : 0.5 * (stretch * stretch - 1);
+}
+double principal_strain_slope(double stretch) {
+    return std::max(stretch, tuning::constitutive::min_green_stretch);
+}
+
+// Green's strain. If a principal stretch may be below min_green_stretch, also the principal stretches; the
+// least is negative where F is inverted.
+struct GreenStrain {
+    Mat3 strain;
+    bool is_crushed = false;
+    SymmetricEigen stretch;
+};
+
+GreenStrain green_strain(const Mat3& F, const Mat3& R) {
+    constexpr double least = tuning::constitutive::min_green_stretch;
+    GreenStrain out{0.5 * (F.transpose() * F - Mat3::Identity()), false, {}};
+    // No eigenvalue is below the negative of the norm.
+    if (out.strain.norm() <= -principal_strain(least) && F.determinant() > 0) return out;
+    out.stretch = eigen_symmetric(symmetric(R.transpose() * F));
+    out.is_crushed = out.stretch.values.minCoeff() < least;
+    if (!out.is_crushed) return out;
+    Vec3 strains;
+    for (int k = 0; k < 3; ++k) strains[k] = principal_strain(out.stretch.values[k]);
+    out.strain = out.stretch.vectors * strains.asDiagonal() * out.stretch.vectors.transpose();
+    return out;
+}
+
+// Returns the first Piola-Kirchhoff stress of the stress T that belongs to the strain. In the axes of the
+// stretches s, with strains e, the derivative of the strain has the factors (e_i - e_j) / (s_i^2 - s_j^2).
+Mat3 stress_of_crushed(const GreenStrain& green, const Mat3& R, const Mat3& T) {
+    const Vec3& s = green.stretch.values;
+    const Mat3& V = green.stretch.vectors;
+    Mat3 P = V.transpose() * T * V;
+    for (int i = 0; i < 3; ++i)
+        for (int j = 0; j < 3; ++j) {
+            if (i == j) {
+                P(i, i) *= principal_strain_slope(s[i]);
+                continue;
+            }
+            const double apart = s[i] - s[j];
+            const double slope = std::abs(apart) > 1e-6
+                                     ? (principal_strain(s[i]) - principal_strain(s[j])) / apart
+                                     : principal_strain_slope(s[i]);
+            P(i, j) *= 2 * s[i] * slope / std::max(s[i] + s[j], tuning::constitutive::min_stretch_sum);
+        }
+    return R * V * P * V.transpose();
+}
+
+// The elastic part of Green's strain.
+Mat3 elastic_part(const Material& material, const GreenStrain& green, const Mat3& plastic_strain) {
+    return material.plasticity ? Mat3(green.strain - plastic_strain) : green.strain;
 }
 
 // Returns A with each eigenvalue replaced by change(eigenvalue).
@@ -53,8 +106,7 @@ Mat3 with_eigenvalues(const Mat3& A, const Change& change) {
 }  // namespace
 
 Mat3 strain(const Material& material, const Mat3& F, const Mat3& R) {
-    if (material.model == MaterialModel::st_venant_kirchhoff)
-        return 0.5 * (F.transpose() * F - Mat3::Identity());
+    if (material.model == MaterialModel::st_venant_kirchhoff) return green_strain(F, R).strain;
     return symmetric(R.transpose() * F) - Mat3::Identity();
 }
 
@@ -63,7 +115,7 @@ double energy_density(const Material& material, const Mat3& F, const Mat3& R, co
     const double lambda = material.lame_lambda();
     double density = 0;
     if (material.model == MaterialModel::st_venant_kirchhoff) {
-        const Mat3 E = elastic_green(material, F, plastic_strain);
+        const Mat3 E = elastic_part(material, green_strain(F, R), plastic_strain);
         density = mu * E.squaredNorm() + 0.5 * lambda * E.trace() * E.trace();
     } else if (is_plastic(material, plastic_strain)) {
         const Mat3 e = strain(material, F, R) - plastic_strain;
@@ -82,7 +134,9 @@ double energy_density(const Material& material, const Mat3& F, const Mat3& R, co
 Mat3 piola_stress(const Material& material, const Mat3& F, const Mat3& R, const Mat3& plastic_strain) {
     Mat3 stress;
     if (material.model == MaterialModel::st_venant_kirchhoff) {
-        stress = F * second_piola(material, elastic_green(material, F, plastic_strain));
+        const GreenStrain green = green_strain(F, R);
+        const Mat3 second = second_piola(material, elastic_part(material, green, plastic_strain));
+        stress = green.is_crushed ? stress_of_crushed(green, R, second) : Mat3(F * second);
     } else {
         const double stretch = R.cwiseProduct(F).sum() - 3;
         stress = 2 * material.lame_mu() * (F - R) + material.lame_lambda() * stretch * R;
@@ -148,7 +202,7 @@ Tangent tangent(const Material& material, const Mat3& F, const Mat3& R, const Ma
     } else {
         out.frame = F;
     }
-    const Mat3 stress = second_piola(material, elastic_green(material, F, plastic_strain));
+    const Mat3 stress = second_piola(material, elastic_part(material, green_strain(F, R), plastic_strain));
     out.prestress = with_eigenvalues(stress, [](double value) { return std::max(value, 0.0); });
     return out;
 }
@@ -183,7 +237,12 @@ Mat3 flow(const Plasticity& plasticity, const Mat3& total_strain, const Mat3& pl
 Mat3 stretch_of(const Material& material, const Mat3& strain) {
     if (strain.isZero(0)) return Mat3::Identity();
     if (material.model == MaterialModel::corotated) return Mat3::Identity() + strain;
-    return with_eigenvalues(strain, [](double value) { return std::sqrt(std::max(1 + 2 * value, 0.0)); });
+    // The inverse of principal_strain.
+    constexpr double least = tuning::constitutive::min_green_stretch;
+    return with_eigenvalues(strain, [](double value) {
+        const double below = value - principal_strain(least);
+        return below < 0 ? std::max(least + below / least, 0.0) : std::sqrt(1 + 2 * value);
+    });
 }
 
 }  // namespace splitcubes::meshless

@@ -3,9 +3,11 @@
 // Corotated, F = R S:       psi = mu |e|^2 + lambda/2 tr(e)^2, e = S - I - e_pl
 // St. Venant-Kirchhoff:     psi = mu |E|^2 + lambda/2 tr(E)^2, E = (F^T F - I)/2 - e_pl
 // either, with k > 0:       + k/2 (det F - 1)^2
-// (Mueller et al. 2004, sections 3.2 and 3.4; plastic strain e_pl after Mueller and
-// Gross 2004.) Mueller et al. print Green's strain without the factor 1/2. It is used
-// here so that small strains are those of linear elasticity.
+// A principal stretch s has Green's strain (s^2 - 1)/2. Below s = 0.6 it is continued by its tangent, down to
+// negative s of an inverted F: St. Venant-Kirchhoff would resist less and less, and rest inside out (as
+// Irving, Teran and Fedkiw 2004 continue stresses). (Mueller et al. 2004, sections 3.2 and 3.4; plastic
+// strain e_pl after Mueller and Gross 2004.) Mueller et al. print Green's strain without the factor 1/2. It
+// is used here so that small strains are those of linear elasticity.
 #pragma once
 
 #include <splitcubes/math/types.h>

@@ -15,6 +15,10 @@ namespace constitutive {
 /// Venant-Kirchhoff is largest at a stretch of 0.58 and falls below it. Larger makes the tangent stiffer than
 /// the material, smaller indefinite.
 inline constexpr double min_stretch = 0.7;
+/// Principal stretch, 0.58 to 0.7, below which Green's strain is continued by its tangent: the compressive
+/// force of St. Venant-Kirchhoff falls below 0.58, and inside out it rests. Larger changes more of the law;
+/// smaller lets crushed material collapse.
+inline constexpr double min_green_stretch = 0.6;
 /// Lower bound of the sum of two principal stretches in a plastic stress, above 0 and far below 2. Smaller
 /// lets the stress of crushed material grow without bound; larger softens compressed material.
 inline constexpr double min_stretch_sum = 0.2;

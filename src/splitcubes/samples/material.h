@@ -11,7 +11,7 @@ namespace splitcubes::meshless {
 /// Constitutive model.
 enum class MaterialModel : std::uint8_t {
     corotated,            // linear in the stretch S of F = R S; resists compression down to zero length
-    st_venant_kirchhoff,  // Green strain; softens and collapses below about half the rest length
+    st_venant_kirchhoff,  // Green strain, linear in stretches below 0.6
 };
 
 /// Plastic flow (Mueller and Gross 2004). Strain is the model's own measure: S - I with
