@@ -136,6 +136,37 @@ TEST(EnergyGuard, ExcessStrainIsRemovedAndMomentaAreKept) {
     }
 }
 
+// What a hold that turns leaves behind is strained by it.
+TEST(EnergyGuard, CorrectionsNeverAddStrain) {
+    Random random(11);
+    std::size_t corrected = 0;
+    for (int trial = 0; trial < 20; ++trial) {
+        Specimen body = block(5, 4, 3, 0.05, rubber(), two_threads());
+        body.step(two_threads());
+        const Mat3 turn =
+            Eigen::AngleAxisd(random.uniform(0.01, 0.5), random_vector(random, 1).normalized()).matrix();
+        std::vector<std::uint8_t> held;
+        std::vector<Vec3> target;
+        for (const Vec3& x : body.phyxels.position) {
+            held.push_back(x.x() < 0 ? 1 : 0);
+            target.emplace_back(turn * x);
+        }
+        body.input.held = held;
+        body.input.held_position = target;
+        double solved = 0;
+        const SolverReport report = guard_step(body, [&](Phyxels& phyxels) {
+            for (std::size_t i = 0; i < phyxels.size(); ++i)
+                phyxels.position[i] =
+                    target[i] +
+                    (held[i] != 0 ? Vec3(Vec3::Zero()) : random_vector(random, random.uniform(1e-4, 1e-2)));
+            solved = elastic_energy(body);
+        });
+        corrected += report.energy_excess_pieces;
+        EXPECT_LT(elastic_energy(body), (1 + 1e-9) * solved) << "trial " << trial;
+    }
+    EXPECT_GT(corrected, 5U);
+}
+
 // The error of a leapfrog reverses within a few steps. Implicit schemes damp: what they lost is gone.
 TEST(EnergyGuard, WhatAnImplicitStepLostDoesNotComeBack) {
     const auto regain = [](const tuning::energy::Tolerance& tolerance, double& lost) {

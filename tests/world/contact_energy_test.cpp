@@ -42,6 +42,13 @@ double potential(const World& world) {
     return sum;
 }
 
+double material_mass(const World& world) {
+    double sum = 0;
+    for (const auto& body : world.bodies())
+        for (const double mass : body->phyxels().mass) sum += mass;
+    return sum;
+}
+
 // Returns the direction of a random point of a cube.
 Vec3 direction_in_cube(Random& random) {
     const double x = random.uniform(-1, 1), y = random.uniform(-1, 1);
@@ -305,6 +312,31 @@ TEST(ContactEnergy, CrushedBodiesStayAboveTheGround) {
         }
         EXPECT_GT(lowest, -1.1 * jelly.phyxel_spacing);
         EXPECT_LT(energy.rise(), 0.05 * energy.brought());
+    }
+}
+
+// A step can end while the springs of a hit hold what they give back later.
+TEST(ContactEnergy, ExplicitHitsOfStiffBodiesGainNone) {
+    Random random(6);
+    for (int trial = 0; trial < 6; ++trial) {
+        SCOPED_TRACE(trial);
+        WorldSettings settings = world_settings();
+        settings.solver.kind = meshless::SolverKind::explicit_steps;
+        settings.time_step = std::pow(10, random.uniform(-3, -2.2));
+        World world(settings, one_thread());
+        BodySettings stiff = fixtures::rubber(0.015, std::pow(10, random.uniform(6, 7.5)), 0);
+        stiff.velocity = Vec3(0, 0, -random.uniform(0.5, 3));
+        world.add_body(at(geometry::make_sphere(0.03, 3), Vec3(0, 0, 0.085)), stiff);
+        world.add_collider({"ball", geometry::make_sphere_distance(0.05), {}, 0.5});
+        EnergyRecord energy;
+        double most_held = 0;
+        for (int step = 0; step < 40; ++step) {
+            const StepReport report = world.step();
+            energy.add(world, report);
+            most_held = std::max(most_held, report.totals.contact_energy);
+        }
+        EXPECT_LT(energy.rise(), 0.004 * 0.5 * material_mass(world) * stiff.velocity.squaredNorm());
+        EXPECT_GT(most_held, 0.001 * material_mass(world) * stiff.velocity.squaredNorm());
     }
 }
 

@@ -135,8 +135,9 @@ bool Body::update_held(const StepContext& context) {
 // There is none before the first step.
 void Body::relax_cut(const StepContext& context) {
     if (!(context.dt > 0) || lattice_ || !(samples_.phyxels.history_step > 0)) return;
-    relaxation_->relax(samples_.phyxels, samples_.neighbourhoods, settings_.material, samples_.phyxels.held,
-                       static_cast<int>(pieces_->count()), context.parallel);
+    relaxation_->relax(samples_.phyxels, samples_.neighbourhoods, settings_.material,
+                       {samples_.phyxels.held, context.gravity, static_cast<int>(pieces_->count())},
+                       context.parallel);
 }
 
 void Body::rebuild_neighbourhoods(const StepContext& context, TopologyChange& change) {

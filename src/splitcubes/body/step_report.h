@@ -85,7 +85,7 @@ struct StepTotals {
     Vec3 angular_momentum = Vec3::Zero();  // kg m^2/s, about the origin
     double kinetic_energy = 0;             // J
     double elastic_energy = 0;             // J
-    double contact_energy = 0;             // J, in contact springs (implicit steps), and held by hits
+    double contact_energy = 0;             // J, in contact springs, and held by hits
     double potential_energy = 0;           // J, of gravity, zero at the origin
     double top_speed = 0;                  // m/s
 };

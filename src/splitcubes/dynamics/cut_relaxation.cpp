@@ -8,7 +8,8 @@
 
 namespace splitcubes::meshless {
 
-void CutRelaxation::begin(const Phyxels& phyxels, const Material& material, int piece_count) {
+void CutRelaxation::begin(const Phyxels& phyxels, const Material& material, const Conditions& conditions) {
+    const int piece_count = conditions.piece_count;
     pieces_.assign(static_cast<std::size_t>(piece_count), Piece{});
     deformable_.clear();
     for (std::size_t i = 0; i < phyxels.size(); ++i) {
@@ -16,6 +17,7 @@ void CutRelaxation::begin(const Phyxels& phyxels, const Material& material, int 
         if (at < 0 || at >= piece_count || phyxels.rigid.index(at) >= 0) continue;
         deformable_.push_back(static_cast<std::uint32_t>(i));
         Piece& piece = piece_of(phyxels, i);
+        piece.is_held = piece.is_held || conditions.held[i] != 0;
         piece.before += phyxels.elastic_energy[i];
         piece.tolerance += tuning::energy::noise_strain * tuning::energy::noise_strain *
                            material.youngs_modulus * phyxels.volume[i];
@@ -30,7 +32,7 @@ bool CutRelaxation::measure(const Phyxels& phyxels, const Neighbourhoods& neighb
     const SlicedElasticity::Configuration now = configuration_of(phyxels);
     elastic_.take_state_and_energy(neighbourhoods, material, now, parallel);
     elastic_.energy(now, parallel, energy_);
-    for (Piece& piece : pieces_) piece.energy = 0;
+    for (Piece& piece : pieces_) piece.energy = piece.lifted;
     for (const std::uint32_t i : deformable_) piece_of(phyxels, i).energy += energy_[i];
     bool any = false;
     for (Piece& piece : pieces_) {
@@ -43,14 +45,8 @@ bool CutRelaxation::measure(const Phyxels& phyxels, const Neighbourhoods& neighb
 
 void CutRelaxation::list_moving(const Phyxels& phyxels, std::span<const std::uint8_t> held) {
     moving_.clear();
-    for (const std::uint32_t i : deformable_) {
-        Piece& piece = piece_of(phyxels, i);
-        if (!piece.is_relaxing) continue;
-        if (held[i] != 0)
-            piece.is_held = true;
-        else
-            moving_.push_back(i);
-    }
+    for (const std::uint32_t i : deformable_)
+        if (piece_of(phyxels, i).is_relaxing && held[i] == 0) moving_.push_back(i);
 }
 
 // Chooses how far each piece goes along its direction: to the least energy, or to that of before the cut.
@@ -71,7 +67,7 @@ bool CutRelaxation::choose_steps() {
 
 // Minimises the energy by its tangent, by conjugate gradients for all relaxing pieces at once. Returns the
 // number of iterations; the result is displacement_.
-int CutRelaxation::descend(const Phyxels& phyxels, const Parallel& parallel) {
+int CutRelaxation::descend(const Phyxels& phyxels, const Vec3& gravity, const Parallel& parallel) {
     const std::size_t n = phyxels.size();
     residual_.resize(n);
     product_.resize(n);
@@ -79,6 +75,8 @@ int CutRelaxation::descend(const Phyxels& phyxels, const Parallel& parallel) {
     direction_.assign(n, Vec3::Zero());
     displacement_.assign(n, Vec3::Zero());
     elastic_.forces(residual_, parallel);
+    for (const std::uint32_t i : moving_)
+        if (piece_of(phyxels, i).is_held) residual_[i] += phyxels.mass[i] * gravity;
     for (Piece& piece : pieces_) {
         piece.missing = piece.is_relaxing ? piece.energy - piece.before : 0;
         piece.last_square = 0;
@@ -105,18 +103,22 @@ int CutRelaxation::descend(const Phyxels& phyxels, const Parallel& parallel) {
     return tuning::relaxation::max_iterations;
 }
 
-// Moves the phyxels of the relaxing pieces; their history, too, so that the displacement is no velocity.
-void CutRelaxation::displace(Phyxels& phyxels) {
-    for (const std::uint32_t i : moving_) {
-        phyxels.position[i] += displacement_[i];
-        phyxels.previous_position[i] += displacement_[i];
-    }
+// Moves a phyxel; its history, too, so that the displacement is no velocity.
+void CutRelaxation::move(Phyxels& phyxels, std::size_t i, const Vec3& displacement, const Vec3& gravity) {
+    phyxels.position[i] += displacement;
+    phyxels.previous_position[i] += displacement;
+    Piece& piece = piece_of(phyxels, i);
+    if (piece.is_held) piece.lifted -= phyxels.mass[i] * gravity.dot(displacement);
+}
+
+void CutRelaxation::displace(Phyxels& phyxels, const Vec3& gravity) {
+    for (const std::uint32_t i : moving_) move(phyxels, i, displacement_[i], gravity);
     for (Piece& piece : pieces_) piece.last_energy = piece.energy;
 }
 
 // Takes back a share of the last displacement where the energy has risen, as it may far from the tangent.
 // Returns whether there was such a piece. share: 1 gives the piece up.
-bool CutRelaxation::take_back(Phyxels& phyxels, double share) {
+bool CutRelaxation::take_back(Phyxels& phyxels, double share, const Vec3& gravity) {
     bool any = false;
     for (Piece& piece : pieces_) {
         piece.step = piece.is_relaxing && !(piece.energy < piece.last_energy) ? share : 0;
@@ -126,8 +128,7 @@ bool CutRelaxation::take_back(Phyxels& phyxels, double share) {
     if (!any) return false;
     for (const std::uint32_t i : moving_) {
         const Vec3 back = piece_of(phyxels, i).step * displacement_[i];
-        phyxels.position[i] -= back;
-        phyxels.previous_position[i] -= back;
+        move(phyxels, i, -back, gravity);
         displacement_[i] -= back;
     }
     return true;
@@ -155,26 +156,27 @@ void CutRelaxation::restore_momenta(Phyxels& phyxels, int piece_count) const {
 }
 
 CutRelaxation::Report CutRelaxation::relax(Phyxels& phyxels, const Neighbourhoods& neighbourhoods,
-                                           const Material& material, std::span<const std::uint8_t> held,
-                                           int piece_count, const Parallel& parallel) {
+                                           const Material& material, const Conditions& conditions,
+                                           const Parallel& parallel) {
     Report report;
-    begin(phyxels, material, piece_count);
+    const Vec3& gravity = conditions.gravity;
+    begin(phyxels, material, conditions);
     if (!measure(phyxels, neighbourhoods, material, parallel)) return report;
     for (const Piece& piece : pieces_)
         if (piece.is_relaxing) report.gained += piece.energy - piece.before;
-    momenta_of_pieces(phyxels, piece_count, before_);
+    momenta_of_pieces(phyxels, conditions.piece_count, before_);
     bool any = true;
     for (int round = 0; any && round < tuning::relaxation::max_rounds; ++round) {
-        list_moving(phyxels, held);
-        report.iterations += descend(phyxels, parallel);
-        displace(phyxels);
+        list_moving(phyxels, conditions.held);
+        report.iterations += descend(phyxels, gravity, parallel);
+        displace(phyxels, gravity);
         any = measure(phyxels, neighbourhoods, material, parallel);
         for (int k = 0; k <= tuning::relaxation::max_halvings; ++k) {
-            if (!take_back(phyxels, k < tuning::relaxation::max_halvings ? 0.5 : 1)) break;
+            if (!take_back(phyxels, k < tuning::relaxation::max_halvings ? 0.5 : 1, gravity)) break;
             any = measure(phyxels, neighbourhoods, material, parallel);
         }
     }
-    restore_momenta(phyxels, piece_count);
+    restore_momenta(phyxels, conditions.piece_count);
     for (const Piece& piece : pieces_)
         if (piece.moves) report.left += piece.energy - piece.before;
     return report;

@@ -17,7 +17,8 @@ namespace splitcubes::meshless {
 /// stiffest modes of a few phyxels, which conjugate gradients reach first: a few iterations suffice.
 /// Displacements are far below the spacing but for phyxels with two or three links in strongly strained
 /// material. The iterations end where the energy of before is reached, so what the cut released stays
-/// strained. Centres of mass and both momenta of pieces that nothing holds stay.
+/// strained. Centres of mass and both momenta of pieces that nothing holds stay. In held pieces the potential
+/// energy of gravity counts as well: where they hang at rest, their weight balances the elastic forces.
 class CutRelaxation {
   public:
     struct Report {
@@ -25,15 +26,21 @@ class CutRelaxation {
         double gained = 0;   // J, of pieces that had gained energy
         double left = 0;     // J, of that, in the end
     };
+    struct Conditions {
+        std::span<const std::uint8_t> held;  // per phyxel, 1 if its position is prescribed
+        Vec3 gravity = Vec3::Zero();         // m/s^2
+        int piece_count = 0;
+    };
     /// Must be called after the neighbourhoods of a cut are complete. phyxels.elastic_energy holds the energy
-    /// before the cut. held: per phyxel, 1 if its position is prescribed.
+    /// before the cut.
     Report relax(Phyxels& phyxels, const Neighbourhoods& neighbourhoods, const Material& material,
-                 std::span<const std::uint8_t> held, int piece_count, const Parallel& parallel);
+                 const Conditions& conditions, const Parallel& parallel);
 
   private:
     struct Piece {
         double before = 0;       // J, elastic energy before the cut
-        double energy = 0;       // J, now
+        double energy = 0;       // J, now; with what gravity took, if it is held
+        double lifted = 0;       // J, potential energy that displacements added, if it is held
         double last_energy = 0;  // J, before the last displacement
         double tolerance = 0;    // J
         double missing = 0;      // J, what conjugate gradients have not removed yet
@@ -50,14 +57,15 @@ class CutRelaxation {
     Piece& piece_of(const Phyxels& phyxels, std::size_t i) {
         return pieces_[static_cast<std::size_t>(phyxels.piece[i])];
     }
-    void begin(const Phyxels& phyxels, const Material& material, int piece_count);
+    void begin(const Phyxels& phyxels, const Material& material, const Conditions& conditions);
     bool measure(const Phyxels& phyxels, const Neighbourhoods& neighbourhoods, const Material& material,
                  const Parallel& parallel);
     void list_moving(const Phyxels& phyxels, std::span<const std::uint8_t> held);
-    int descend(const Phyxels& phyxels, const Parallel& parallel);
+    int descend(const Phyxels& phyxels, const Vec3& gravity, const Parallel& parallel);
     bool choose_steps();
-    void displace(Phyxels& phyxels);
-    bool take_back(Phyxels& phyxels, double share);
+    void move(Phyxels& phyxels, std::size_t i, const Vec3& displacement, const Vec3& gravity);
+    void displace(Phyxels& phyxels, const Vec3& gravity);
+    bool take_back(Phyxels& phyxels, double share, const Vec3& gravity);
     void restore_momenta(Phyxels& phyxels, int piece_count) const;
 
     SlicedElasticity elastic_;

@@ -339,11 +339,20 @@ void EnergyGuard::reset_history(Phyxels& phyxels, double dt) const {
     std::fill(phyxels.restart_history.begin(), phyxels.restart_history.end(), std::uint8_t{1});
 }
 
-// Places the phyxels of relaxing pieces at `share` of the deformation of the step.
-void EnergyGuard::interpolate_positions(Phyxels& phyxels, const StepInput& input, double share) const {
+// Places the phyxels of relaxing pieces at their share of the deformation of the step, and computes their
+// elastic energies. Plastic flow is kept with the whole deformation only.
+void EnergyGuard::interpolate_positions(Phyxels& phyxels, const Neighbourhoods& neighbourhoods,
+                                        const Material& material, const StepInput& input,
+                                        const Parallel& parallel) {
     for (std::size_t i = 0; i < phyxels.size(); ++i) {
-        if (!is_counted(phyxels, i) || is_held(input, i) || is_relaxing_[slot(phyxels, i)] == 0) continue;
+        if (!is_counted(phyxels, i)) continue;
         const std::size_t k = slot(phyxels, i);
+        const Relaxation& relaxation = relaxation_[k];
+        if (!relaxation.is_open) continue;
+        if (material.plasticity)
+            phyxels.plastic_strain[i] =
+                relaxation.share < 1 ? plastic_strain_[i] : solution_.plastic_strain[i];
+        if (is_held(input, i)) continue;
         Vec3 rigid_value = position_[i];
         if (start_[k].held_mass <= 0) {
             const Vec3 rotation_rate = angular_velocity(before_[k].inertia, before_[k].angular_momentum);
@@ -353,40 +362,56 @@ void EnergyGuard::interpolate_positions(Phyxels& phyxels, const StepInput& input
             rigid_value += start_[k].held_displacement;
         }
         phyxels.position[i] =
-            share > 0 ? Vec3(rigid_value + share * (end_position_[i] - rigid_value)) : rigid_value;
+            relaxation.share > 0
+                ? Vec3(rigid_value + relaxation.share * (solution_.position[i] - rigid_value))
+                : rigid_value;
     }
+    elastic_.take_state(neighbourhoods, material, configuration_of(phyxels), parallel);
+    elastic_.energy(configuration_of(phyxels), parallel, phyxels.elastic_energy);
+    const std::vector<double>& elastic = elastic_by_piece(phyxels, phyxels.elastic_energy);
+    for (std::size_t k = 0; k < relaxation_.size(); ++k)
+        if (relaxation_[k].is_open) end_[k].elastic = elastic[k];
 }
 
-// Removes the deformation of the step by halves in pieces with excess strain.
+// Removes the deformation of the step by halves in pieces with excess strain. Where that does not reach the
+// allowed energy, as a hold that does not move as a rigid body strains a piece that stays behind, the share
+// with the least energy is taken.
 void EnergyGuard::relax_excess_strain(Phyxels& phyxels, const Neighbourhoods& neighbourhoods,
                                       const Material& material, const StepInput& input,
                                       const Parallel& parallel) {
-    is_relaxing_.assign(start_.size(), 0);
-    for (std::size_t k = 0; k < start_.size(); ++k) is_relaxing_[k] = balance_[k].has_excess_strain;
+    relaxation_.assign(start_.size(), Relaxation{});
+    for (std::size_t k = 0; k < start_.size(); ++k) {
+        relaxation_[k].is_open = balance_[k].has_excess_strain;
+        relaxation_[k].least_elastic = end_[k].elastic;
+    }
     bool any = true;
-    end_position_ = phyxels.position;
+    solution_.position = phyxels.position;
+    if (material.plasticity) solution_.plastic_strain = phyxels.plastic_strain;
     std::swap(phyxels.position, position_);
     std::swap(phyxels.velocity, velocity_);
     momenta_of_pieces(phyxels, static_cast<int>(start_.size()), before_, partial_, parallel);
     std::swap(phyxels.position, position_);
     std::swap(phyxels.velocity, velocity_);
-    for (std::size_t i = 0; i < phyxels.size(); ++i)
-        if (is_counted(phyxels, i) && is_relaxing_[slot(phyxels, i)] != 0 && material.plasticity)
-            phyxels.plastic_strain[i] = plastic_strain_[i];
     double share = 1;
     for (int k = 0; k <= tuning::energy::max_halvings && any; ++k) {
         share = k < tuning::energy::max_halvings ? 0.5 * share : 0;
-        interpolate_positions(phyxels, input, share);
-        elastic_.take_state(neighbourhoods, material, configuration_of(phyxels), parallel);
-        elastic_.energy(configuration_of(phyxels), parallel, phyxels.elastic_energy);
-        const std::vector<double>& elastic = elastic_by_piece(phyxels, phyxels.elastic_energy);
+        for (Relaxation& relaxation : relaxation_) relaxation.share = share;
+        interpolate_positions(phyxels, neighbourhoods, material, input, parallel);
         any = false;
         for (std::size_t p = 0; p < start_.size(); ++p) {
-            if (is_relaxing_[p] == 0) continue;
-            end_[p].elastic = elastic[p];
-            if (elastic[p] <= balance_[p].max_elastic) is_relaxing_[p] = 0;
-            any = any || is_relaxing_[p] != 0;
+            Relaxation& relaxation = relaxation_[p];
+            if (!relaxation.is_open) continue;
+            if (end_[p].elastic < relaxation.least_elastic) {
+                relaxation.least_elastic = end_[p].elastic;
+                relaxation.best_share = share;
+            }
+            relaxation.is_open = !(end_[p].elastic <= balance_[p].max_elastic);
+            any = any || relaxation.is_open;
         }
+    }
+    if (any) {
+        for (Relaxation& relaxation : relaxation_) relaxation.share = relaxation.best_share;
+        interpolate_positions(phyxels, neighbourhoods, material, input, parallel);
     }
     elastic_.read_deformation(phyxels.deformation, phyxels.rotation, parallel);
 }

@@ -38,7 +38,8 @@ namespace splitcubes::meshless {
 ///    is all that is done if the elastic energy alone is within the budget, or nearly.
 /// 2. Otherwise the step is repeated with finer substeps (TimeIntegrator).
 /// 3. Otherwise the rigid motion of the piece stays, its deformation in the step is halved until the elastic
-///    energy is at most that before the step or what the budget allows, and its non-rigid motion is stopped.
+///    energy is at most that before the step or what the budget allows, or the least that is found, and its
+///    non-rigid motion is stopped.
 /// If a cut raised the elastic energy of phyxels that did not move, the account is negative: the piece has no
 /// non-rigid motion until the excess is gone.
 ///
@@ -109,6 +110,20 @@ class EnergyGuard {
         double max_elastic = 0;          // J, maximum elastic energy
     };
 
+    /// Search for the share of the deformation of a step that a piece keeps.
+    struct Relaxation {
+        bool is_open = false;      // no share with an allowed energy has been found
+        double share = 1;          // that is being tried
+        double best_share = 1;     // with the least energy
+        double least_elastic = 0;  // J
+    };
+
+    /// What the step led to, per phyxel.
+    struct Solution {
+        std::vector<Vec3> position;        // m
+        std::vector<Mat3> plastic_strain;  // if the material has plasticity
+    };
+
     bool is_counted(const Phyxels& phyxels, std::size_t i) const {
         const std::int32_t piece = phyxels.piece[i];
         return piece >= 0 && static_cast<std::size_t>(piece) < start_.size() &&
@@ -136,7 +151,8 @@ class EnergyGuard {
     double rigid_energy(std::size_t k) const;
     void relax_excess_strain(Phyxels& phyxels, const Neighbourhoods& neighbourhoods, const Material& material,
                              const StepInput& input, const Parallel& parallel);
-    void interpolate_positions(Phyxels& phyxels, const StepInput& input, double share) const;
+    void interpolate_positions(Phyxels& phyxels, const Neighbourhoods& neighbourhoods,
+                               const Material& material, const StepInput& input, const Parallel& parallel);
     void scale_velocities(Phyxels& phyxels, const StepInput& input);
     void write_reserves(Phyxels& phyxels, const Parallel& parallel);
     std::vector<double>& elastic_by_piece(const Phyxels& phyxels, std::span<const double> rows);
@@ -147,14 +163,15 @@ class EnergyGuard {
     std::vector<Mat3> rotation_, plastic_strain_;                 // before the step
     std::vector<std::uint8_t> touching_;                          // before the step
     std::vector<double> rows_;                                    // J, per phyxel
-    std::vector<Vec3> force_, end_position_;                      // N, m, per phyxel
+    std::vector<Vec3> force_;                                     // N, per phyxel
     std::vector<ContactSum> contacts_;                            // per piece
     std::vector<Account> start_, end_, chunk_accounts_;           // per piece
     std::vector<Balance> balance_;                                // per piece
     std::vector<double> extra_work_, hold_work_, sum_, scratch_;  // J, per piece
     // Per piece, only if something is corrected; before_ holds rigid velocities at times.
     std::vector<Momenta> before_, after_, partial_;
-    std::vector<std::uint8_t> is_relaxing_;  // per piece
+    std::vector<Relaxation> relaxation_;  // per piece
+    Solution solution_;
     bool any_excess_ = false;
     std::array<double, 2> reserve_kept_{};  // as in Tolerance, of pieces that are apart, that touch
 };

@@ -74,6 +74,7 @@ bool ExplicitSolver::step_together(std::span<Member> members, const ContactInput
         members[k].solver.end(group.jobs[k], contacts, k, options.restore_momentum, members[k].report);
     }
     if (contacts.cached) members[0].report.contacts = contacts.cached->size();
+    members[0].report.contact_energy = group.contacts.energy();
     return true;
 }
 
@@ -383,11 +384,15 @@ void ExplicitSolver::Group::find_forces() {
 }
 
 void ExplicitSolver::deform(const Job& job, double h) {
-    if (!is_frame_sufficient(job.material))
-        deform_and_flow(job.phyxels, job.neighbourhoods, job.material, h, elastic_, job.parallel);
-    // Plastic flow changes the stress.
-    if (is_frame_sufficient(job.material) || job.material.plasticity)
-        elastic_.take_state(job.neighbourhoods, job.material, configuration_of(job.phyxels), job.parallel);
+    SlicedElasticity::Configuration now = configuration_of(job.phyxels);
+    // Tangents cost more than stresses.
+    now.has_tangents = job.material.stiffness_damping > 0;
+    elastic_.take_state(job.neighbourhoods, job.material, now, job.parallel);
+    if (is_frame_sufficient(job.material)) return;
+    const DeformationChange change =
+        deform_and_flow(job.phyxels, job.neighbourhoods, job.material, h, elastic_, job.parallel, true);
+    if (!change.flowed) return;
+    elastic_.take_state(job.neighbourhoods, job.material, now, job.parallel);
 }
 
 // Computes the elastic force at the current positions and the stiffness damping at the velocity half a

@@ -42,7 +42,7 @@ struct SolverReport {
     double energy_removed = 0;             // J, removed by EnergyGuard
     double kinetic_energy = 0;             // J
     double elastic_energy = 0;             // J
-    double contact_energy = 0;             // J, stored in contact springs (implicit steps)
+    double contact_energy = 0;             // J, stored in contact springs
     Vec3 momentum = Vec3::Zero();          // kg m/s
     Vec3 angular_momentum = Vec3::Zero();  // kg m^2/s, about the origin
     double top_speed = 0;                  // m/s

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cmath>
 #include <numeric>
 #include <string>
@@ -160,26 +161,31 @@ void MomentumKeeper::correct(Phyxels& phyxels, double factor, const Vec3& veloci
     });
 }
 
-std::size_t deform_and_flow(Phyxels& phyxels, const Neighbourhoods& neighbourhoods, const Material& material,
-                            double dt, SlicedElasticity& elastic, const Parallel& parallel, bool has_state) {
-    std::size_t non_finite = 0;
+DeformationChange deform_and_flow(Phyxels& phyxels, const Neighbourhoods& neighbourhoods,
+                                  const Material& material, double dt, SlicedElasticity& elastic,
+                                  const Parallel& parallel, bool has_state) {
+    DeformationChange out;
     // The energy is only final if no plastic flow follows.
     if (!has_state && is_frame_sufficient(material))
-        non_finite =
+        out.non_finite =
             elastic.take_state_and_energy(neighbourhoods, material, configuration_of(phyxels), parallel);
     else if (!has_state)
-        non_finite = elastic.take_state(neighbourhoods, material, configuration_of(phyxels), parallel);
+        out.non_finite = elastic.take_state(neighbourhoods, material, configuration_of(phyxels), parallel);
     elastic.read_deformation(phyxels.deformation, phyxels.rotation, parallel);
-    if (!material.plasticity) return non_finite;
+    if (!material.plasticity) return out;
+    std::atomic<bool> flowed = false;
     for_phyxels(parallel, phyxels.size(), [&](std::size_t i) {
         Mat3& plastic = phyxels.plastic_strain[i];
         const Mat3 projector = neighbourhoods.kept_directions(i);
         const Mat3 projected = projector * plastic * projector;
         const Mat3 total = strain(material, phyxels.deformation[i], phyxels.rotation[i]);
         const Mat3 after = flow(*material.plasticity, projector * total * projector, projected, dt);
+        if (after == projected) return;
         plastic += after - projected;
+        flowed.store(true, std::memory_order_relaxed);
     });
-    return non_finite;
+    out.flowed = flowed;
+    return out;
 }
 
 StateSums& StateSums::operator+=(const StateSums& other) {

@@ -64,12 +64,15 @@ class MomentumKeeper {
     std::vector<Vec3> centre_shift_;  // m, per slot, position correction of its group
 };
 
+struct DeformationChange {
+    std::size_t non_finite = 0;  // phyxels that were not finite
+    bool flowed = false;         // some plastic strain changed, and the stresses with it
+};
 /// Computes the deformation at the phyxels' positions, into `elastic` and the phyxels, then plastic flow over
-/// dt seconds. Returns the number of phyxels that were not finite. has_state: `elastic` already holds that
-/// state, and 0 is returned.
-std::size_t deform_and_flow(Phyxels& phyxels, const Neighbourhoods& neighbourhoods, const Material& material,
-                            double dt, SlicedElasticity& elastic, const Parallel& parallel,
-                            bool has_state = false);
+/// dt seconds. has_state: `elastic` already holds that state, and no phyxel counts as not finite.
+DeformationChange deform_and_flow(Phyxels& phyxels, const Neighbourhoods& neighbourhoods,
+                                  const Material& material, double dt, SlicedElasticity& elastic,
+                                  const Parallel& parallel, bool has_state = false);
 
 /// Sums of StateDescriber.
 struct StateSums {

@@ -223,11 +223,12 @@ namespace relaxation {
 /// Share of the elastic energy of a piece that a cut may add, 1e-5 to 1e-2. Larger lets energy in; smaller
 /// costs time where rounding or hardly any energy is relaxed.
 inline constexpr double tolerance = 1e-3;
-/// Maximum number of linearisations of the energy, 2 to 20. Fewer leave energy where strains are large; more
+/// Maximum number of linearisations of the energy, 4 to 20. Fewer leave energy where strains are large; more
 /// cost time.
-inline constexpr int max_rounds = 6;
-/// Maximum number of iterations of conjugate gradients for each, 4 to 50; the same trade.
-inline constexpr int max_iterations = 12;
+inline constexpr int max_rounds = 12;
+/// Maximum number of iterations of conjugate gradients for each, 4 to 8: without a preconditioner, more let
+/// the rounding of single precision grow by orders of magnitude; fewer linearise more often.
+inline constexpr int max_iterations = 6;
 /// Halvings of a displacement that raised the energy, 1 to 5, before the piece is given up. Fewer give up
 /// early; more cost time.
 inline constexpr int max_halvings = 3;

@@ -24,7 +24,9 @@ void ContactImpulses::begin(const ContactInput& input, std::span<const Part> par
         if (const CachedContact* const cached = finder.find(contact.key)) {
             continue_row(row, *cached);
             if (!contact.lower.is_collider()) {
-                needed += contact.normal.dot(cached->force) * row.lift;
+                // Lifting loads the spring further.
+                needed +=
+                    contact.normal.dot(cached->force) * row.lift + 0.5 * row.stiffness * row.lift * row.lift;
                 // Less what the spring took, which it may still give back.
                 const double overlap = std::max(0.0, row.rest_gap - contact.gap);
                 available += cached->energy - 0.5 * row.stiffness * overlap * overlap;
@@ -272,6 +274,13 @@ void ContactImpulses::finish(std::span<const std::span<std::uint8_t>> touching) 
             for (std::uint32_t k = 0; k < side->count; ++k) touching[side->part][side->phyxel[k]] = 1;
     }
     if (input_.cached) input_.cached->swap(next_);
+}
+
+double ContactImpulses::energy() const {
+    double sum = 0;
+    for (const ImpulseRow& row : rows_)
+        if (row.touched) sum += 0.5 * row.stiffness * row.overlap() * row.overlap();
+    return sum;
 }
 
 void ContactImpulses::add_handle_springs(ConstField position, Field force) {

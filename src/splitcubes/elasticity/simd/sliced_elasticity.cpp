@@ -149,7 +149,7 @@ bool SlicedElasticity::take_row(const Configuration& configuration, std::size_t 
     rotation_[i] = frame_.world * R;
     if (corotated_) {
         set_matrix(turn_, i, R - Mat3::Identity());
-    } else {
+    } else if (configuration.has_tangents) {
         tangent_[i] = tangent(material_, deformation_[i], rotation_[i], plastic);
     }
     return finite;

@@ -33,6 +33,7 @@ class SlicedElasticity {
         std::span<const Mat3> last_rotation;   // for phyxels whose neighbours do not determine R
         std::span<const Mat3> plastic_strain;  // read only if the material has plasticity
         bool is_rotated = true;                // the frame is the mean of last_rotation; false: the identity
+        bool has_tangents = true;              // false: apply_stiffness must not be called for this state
     };
     /// Computes deformation, rotation, stress and tangents at a configuration. Returns the number of phyxels
     /// that were not finite; they keep their last rotation.
