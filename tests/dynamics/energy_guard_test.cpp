@@ -136,7 +136,7 @@ TEST(EnergyGuard, ExcessStrainIsRemovedAndMomentaAreKept) {
     }
 }
 
-// What a hold that turns leaves behind is strained by it.
+// A hold that turns strains the phyxels that stay behind.
 TEST(EnergyGuard, CorrectionsNeverAddStrain) {
     Random random(11);
     std::size_t corrected = 0;

@@ -22,7 +22,10 @@ void CutRelaxation::begin(const Phyxels& phyxels, const Material& material, cons
         piece.tolerance += tuning::energy::noise_strain * tuning::energy::noise_strain *
                            material.youngs_modulus * phyxels.volume[i];
     }
-    for (Piece& piece : pieces_) piece.tolerance += tuning::relaxation::tolerance * piece.before;
+    for (Piece& piece : pieces_) {
+        piece.tolerance += tuning::relaxation::tolerance * piece.before;
+        if (piece.is_held) piece.gravity = conditions.gravity;
+    }
 }
 
 // Computes the energies and returns whether a piece is to be relaxed further.
@@ -67,7 +70,7 @@ bool CutRelaxation::choose_steps() {
 
 // Minimises the energy by its tangent, by conjugate gradients for all relaxing pieces at once. Returns the
 // number of iterations; the result is displacement_.
-int CutRelaxation::descend(const Phyxels& phyxels, const Vec3& gravity, const Parallel& parallel) {
+int CutRelaxation::descend(const Phyxels& phyxels, const Parallel& parallel) {
     const std::size_t n = phyxels.size();
     residual_.resize(n);
     product_.resize(n);
@@ -75,8 +78,7 @@ int CutRelaxation::descend(const Phyxels& phyxels, const Vec3& gravity, const Pa
     direction_.assign(n, Vec3::Zero());
     displacement_.assign(n, Vec3::Zero());
     elastic_.forces(residual_, parallel);
-    for (const std::uint32_t i : moving_)
-        if (piece_of(phyxels, i).is_held) residual_[i] += phyxels.mass[i] * gravity;
+    for (const std::uint32_t i : moving_) residual_[i] += phyxels.mass[i] * piece_of(phyxels, i).gravity;
     for (Piece& piece : pieces_) {
         piece.missing = piece.is_relaxing ? piece.energy - piece.before : 0;
         piece.last_square = 0;
@@ -104,21 +106,21 @@ int CutRelaxation::descend(const Phyxels& phyxels, const Vec3& gravity, const Pa
 }
 
 // Moves a phyxel; its history, too, so that the displacement is no velocity.
-void CutRelaxation::move(Phyxels& phyxels, std::size_t i, const Vec3& displacement, const Vec3& gravity) {
+void CutRelaxation::move(Phyxels& phyxels, std::size_t i, const Vec3& displacement) {
     phyxels.position[i] += displacement;
     phyxels.previous_position[i] += displacement;
     Piece& piece = piece_of(phyxels, i);
-    if (piece.is_held) piece.lifted -= phyxels.mass[i] * gravity.dot(displacement);
+    piece.lifted -= phyxels.mass[i] * piece.gravity.dot(displacement);
 }
 
-void CutRelaxation::displace(Phyxels& phyxels, const Vec3& gravity) {
-    for (const std::uint32_t i : moving_) move(phyxels, i, displacement_[i], gravity);
+void CutRelaxation::displace(Phyxels& phyxels) {
+    for (const std::uint32_t i : moving_) move(phyxels, i, displacement_[i]);
     for (Piece& piece : pieces_) piece.last_energy = piece.energy;
 }
 
 // Takes back a share of the last displacement where the energy has risen, as it may far from the tangent.
 // Returns whether there was such a piece. share: 1 gives the piece up.
-bool CutRelaxation::take_back(Phyxels& phyxels, double share, const Vec3& gravity) {
+bool CutRelaxation::take_back(Phyxels& phyxels, double share) {
     bool any = false;
     for (Piece& piece : pieces_) {
         piece.step = piece.is_relaxing && !(piece.energy < piece.last_energy) ? share : 0;
@@ -128,7 +130,7 @@ bool CutRelaxation::take_back(Phyxels& phyxels, double share, const Vec3& gravit
     if (!any) return false;
     for (const std::uint32_t i : moving_) {
         const Vec3 back = piece_of(phyxels, i).step * displacement_[i];
-        move(phyxels, i, -back, gravity);
+        move(phyxels, i, -back);
         displacement_[i] -= back;
     }
     return true;
@@ -159,7 +161,6 @@ CutRelaxation::Report CutRelaxation::relax(Phyxels& phyxels, const Neighbourhood
                                            const Material& material, const Conditions& conditions,
                                            const Parallel& parallel) {
     Report report;
-    const Vec3& gravity = conditions.gravity;
     begin(phyxels, material, conditions);
     if (!measure(phyxels, neighbourhoods, material, parallel)) return report;
     for (const Piece& piece : pieces_)
@@ -168,11 +169,11 @@ CutRelaxation::Report CutRelaxation::relax(Phyxels& phyxels, const Neighbourhood
     bool any = true;
     for (int round = 0; any && round < tuning::relaxation::max_rounds; ++round) {
         list_moving(phyxels, conditions.held);
-        report.iterations += descend(phyxels, gravity, parallel);
-        displace(phyxels, gravity);
+        report.iterations += descend(phyxels, parallel);
+        displace(phyxels);
         any = measure(phyxels, neighbourhoods, material, parallel);
         for (int k = 0; k <= tuning::relaxation::max_halvings; ++k) {
-            if (!take_back(phyxels, k < tuning::relaxation::max_halvings ? 0.5 : 1, gravity)) break;
+            if (!take_back(phyxels, k < tuning::relaxation::max_halvings ? 0.5 : 1)) break;
             any = measure(phyxels, neighbourhoods, material, parallel);
         }
     }

@@ -40,7 +40,7 @@ class CutRelaxation {
     struct Piece {
         double before = 0;       // J, elastic energy before the cut
         double energy = 0;       // J, now; with what gravity took, if it is held
-        double lifted = 0;       // J, potential energy that displacements added, if it is held
+        double lifted = 0;       // J, potential energy that displacements added, with this gravity
         double last_energy = 0;  // J, before the last displacement
         double tolerance = 0;    // J
         double missing = 0;      // J, what conjugate gradients have not removed yet
@@ -52,6 +52,7 @@ class CutRelaxation {
         bool moves = false;  // was relaxing at some time
         bool is_stuck = false;
         bool is_held = false;
+        Vec3 gravity = Vec3::Zero();  // m/s^2, that counts: zero unless it is held
     };
 
     Piece& piece_of(const Phyxels& phyxels, std::size_t i) {
@@ -61,11 +62,11 @@ class CutRelaxation {
     bool measure(const Phyxels& phyxels, const Neighbourhoods& neighbourhoods, const Material& material,
                  const Parallel& parallel);
     void list_moving(const Phyxels& phyxels, std::span<const std::uint8_t> held);
-    int descend(const Phyxels& phyxels, const Vec3& gravity, const Parallel& parallel);
+    int descend(const Phyxels& phyxels, const Parallel& parallel);
     bool choose_steps();
-    void move(Phyxels& phyxels, std::size_t i, const Vec3& displacement, const Vec3& gravity);
-    void displace(Phyxels& phyxels, const Vec3& gravity);
-    bool take_back(Phyxels& phyxels, double share, const Vec3& gravity);
+    void move(Phyxels& phyxels, std::size_t i, const Vec3& displacement);
+    void displace(Phyxels& phyxels);
+    bool take_back(Phyxels& phyxels, double share);
     void restore_momenta(Phyxels& phyxels, int piece_count) const;
 
     SlicedElasticity elastic_;

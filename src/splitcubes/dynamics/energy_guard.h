@@ -118,7 +118,7 @@ class EnergyGuard {
         double least_elastic = 0;  // J
     };
 
-    /// What the step led to, per phyxel.
+    /// Positions and plastic strains that the solver found, per phyxel.
     struct Solution {
         std::vector<Vec3> position;        // m
         std::vector<Mat3> plastic_strain;  // if the material has plasticity

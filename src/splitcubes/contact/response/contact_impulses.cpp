@@ -278,8 +278,7 @@ void ContactImpulses::finish(std::span<const std::span<std::uint8_t>> touching) 
 
 double ContactImpulses::energy() const {
     double sum = 0;
-    for (const ImpulseRow& row : rows_)
-        if (row.touched) sum += 0.5 * row.stiffness * row.overlap() * row.overlap();
+    for (const ImpulseRow& row : rows_) sum += 0.5 * row.stiffness * row.overlap() * row.overlap();
     return sum;
 }
 

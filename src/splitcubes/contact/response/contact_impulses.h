@@ -43,7 +43,7 @@ class ContactImpulses {
     /// Writes the cached contacts (mean force of the step) and marks the phyxels that touched during the
     /// step.
     void finish(std::span<const std::span<std::uint8_t>> touching);
-    /// Returns the energy that the springs hold at the end of the step, J. Must be called after finish.
+    /// Returns the energy that the springs hold at the end of the step, J. Must be called after stop.
     double energy() const;
     /// Adds the forces of the attachment springs at the given positions, N.
     void add_handle_springs(ConstField position, Field force);
