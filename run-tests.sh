@@ -17,7 +17,7 @@ cd "$root"
 jobs=${JOBS:-$(nproc)}
 fuzz_seconds=${FUZZ_SECONDS:-30}
 # Seconds. The sum of all is the budget of --all.
-declare -A budget=([release]=540 [debug]=900 [tsan]=420 [fuzz]=400 [format]=30 [tidy]=3600)
+declare -A budget=([release]=540 [debug]=900 [tsan]=420 [fuzz]=150 [format]=30 [tidy]=3600)
 # A precompiled header is the same to the compiler cache when its contents are.
 export CCACHE_SLOPPINESS=${CCACHE_SLOPPINESS:-pch_defines,time_macros}
 
@@ -99,7 +99,7 @@ run_fuzzer() {  # run_fuzzer NAME
   local name=$1 seeds=()
   mkdir -p "build/fuzz/corpus/$name"
   if [[ $name == fuzz_parse_scene ]]; then seeds=(scenes); fi
-  if ! "build/fuzz/bin/$name" -max_total_time="$fuzz_seconds" -timeout=60 -rss_limit_mb=2048 \
+  if ! "build/debug/bin/$name" -max_total_time="$fuzz_seconds" -timeout=60 -rss_limit_mb=2048 \
     -print_final_stats=1 -artifact_prefix="build/fuzz/$name-" "build/fuzz/corpus/$name" "${seeds[@]}" \
     >"build/fuzz/$name.log" 2>&1; then
     tail -n 60 "build/fuzz/$name.log"
@@ -110,15 +110,14 @@ run_fuzzer() {  # run_fuzzer NAME
 }
 
 stage_fuzz() {
-  configure fuzz || return 1
+  configure debug || return 1
   local fuzzers
-  # Building the fuzzers alone spares building all tests once more.
-  mapfile -t fuzzers < <(ninja -C build/fuzz -t targets all | sed -n 's/^\(fuzz_[a-z0-9_]*\): phony$/\1/p')
+  mapfile -t fuzzers < <(ninja -C build/debug -t targets all | sed -n 's/^\(fuzz_[a-z0-9_]*\): phony$/\1/p')
   if ((${#fuzzers[@]} == 0)); then
     echo "there is no fuzzer"
     return 1
   fi
-  build fuzz "${fuzzers[@]}" || return 1
+  build debug "${fuzzers[@]}" || return 1
   export -f run_fuzzer
   export fuzz_seconds
   printf '%s\n' "${fuzzers[@]}" | xargs -n 1 -P "$jobs" bash -c 'run_fuzzer "$0"'

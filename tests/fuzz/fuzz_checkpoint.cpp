@@ -11,6 +11,9 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <random>
 #include <span>
 #include <string>
 #include <string_view>
@@ -54,11 +57,12 @@ const std::vector<Sample>& samples() {
     return all;
 }
 
-// Eleven bytes per damage: three of its position, the rest its kind and value.
+constexpr std::size_t bytes_per_damage = 12;
+
+// Three bytes of a damage are its position, the rest its kind and value.
 void damage_by(std::span<const std::uint8_t> script, std::string& checkpoint) {
-    constexpr std::size_t each = 12;
     const std::size_t begin = damage::payload_begin(checkpoint);
-    for (; script.size() >= each; script = script.subspan(each)) {
+    for (; script.size() >= bytes_per_damage; script = script.subspan(bytes_per_damage)) {
         const std::size_t length = checkpoint.size() - begin;
         if (length < 16) return;
         const std::size_t index = script[0] | std::size_t{script[1]} << 8 | std::size_t{script[2]} << 16;
@@ -94,7 +98,30 @@ void damage_by(std::span<const std::uint8_t> script, std::string& checkpoint) {
     }
 }
 
+// A script for each sample and kind of damage: libFuzzer would start with inputs too short for one.
+void write_seeds(const std::filesystem::path& folder) {
+    constexpr int samples = 6, kinds_of_damage = 8;
+    std::mt19937 random(1);
+    for (int k = 0; k < samples * kinds_of_damage; ++k) {
+        std::string script(1 + bytes_per_damage, '\0');
+        for (char& c : script) c = static_cast<char>(random());
+        script[0] = static_cast<char>(k % samples);
+        script[4] = static_cast<char>((script[4] & 0xf8) | k / samples);
+        std::ofstream(folder / ("script_" + std::to_string(k)), std::ios::binary) << script;
+    }
+}
+
 }  // namespace
+
+// Seeds the corpus folder.
+extern "C" int LLVMFuzzerInitialize(int* count, char*** arguments) {
+    for (int k = 1; k < *count; ++k)
+        if (const std::filesystem::path folder = (*arguments)[k]; std::filesystem::is_directory(folder)) {
+            write_seeds(folder);
+            return 0;
+        }
+    return 0;
+}
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     if (size == 0) return 0;
