@@ -206,7 +206,7 @@ class Body {
     void sample_small_parts(const Parallel& parallel);
     void update_links(const Parallel& parallel, TopologyChange& change);
     bool update_held(const StepContext& context);
-    void relax_cut(const StepContext& context);
+    void relax_cut(const StepContext& context, const TopologyChange& change);
     SampleContext sample_context(const Parallel& parallel) const {
         return {grid_, *pieces_, occluders_.grid(), inside_, settings_.material, settings_.pose, parallel};
     }

@@ -133,11 +133,12 @@ bool Body::update_held(const StepContext& context) {
 
 // Takes away elastic energy that the new neighbourhoods would add: those of a cut, of a hold that lets go.
 // There is none before the first step.
-void Body::relax_cut(const StepContext& context) {
+void Body::relax_cut(const StepContext& context, const TopologyChange& change) {
     if (!(context.dt > 0) || lattice_ || !(samples_.phyxels.history_step > 0)) return;
-    relaxation_->relax(samples_.phyxels, samples_.neighbourhoods, settings_.material,
-                       {samples_.phyxels.held, context.gravity, static_cast<int>(pieces_->count())},
-                       context.parallel);
+    relaxation_->relax(
+        samples_.phyxels, samples_.neighbourhoods, settings_.material,
+        {samples_.phyxels.held, change.rejoined, context.gravity, static_cast<int>(pieces_->count())},
+        context.parallel);
 }
 
 void Body::rebuild_neighbourhoods(const StepContext& context, TopologyChange& change) {
@@ -145,7 +146,7 @@ void Body::rebuild_neighbourhoods(const StepContext& context, TopologyChange& ch
     const bool is_relinked = !change.dirty_pairs.empty() || change.volumes_changed;
     update_links(context.parallel, change);
     const bool is_held_otherwise = update_held(context);
-    if (is_held_otherwise || is_relinked) relax_cut(context);
+    if (is_held_otherwise || is_relinked) relax_cut(context, change);
     motion_->tracker().let_sleep();
     motion_->tracker().refresh(tracker_context(context.parallel));
 }

@@ -228,6 +228,7 @@ void bridge_ligaments(const splitting::NodeGrid& grid, std::size_t piece_count, 
             const WayOut way = way_out(grid, samples, group);
             if (way.length < 0) change.gaps.push_back(way.gap);
             for (const std::uint32_t i : way.ends) bridge(grid, samples, i, way.length, group, change);
+            change.rejoined.push_back(group);
             again = again || way.length >= 0;
         }
     }

@@ -31,6 +31,9 @@ struct TopologyChange {
     std::vector<std::uint32_t>
         dirty_pairs;        // update_visibility, resample: their links are not up to date yet
     std::vector<Gap> gaps;  // update_visibility; resample fills them
+    /// update_visibility: groups of phyxels, each ascending, that had lost all links to the rest of their
+    /// piece and got new ones.
+    std::vector<std::vector<std::uint32_t>> rejoined;
 
     bool empty() const { return crossings.empty() && fast_fragments.empty(); }
     /// Keeps the capacity of the arrays.
@@ -45,6 +48,7 @@ struct TopologyChange {
         volumes_changed = false;
         dirty_pairs.clear();
         gaps.clear();
+        rejoined.clear();
     }
 };
 

@@ -1,6 +1,7 @@
 #include <splitcubes/dynamics/cut_relaxation.h>
 #include <splitcubes/dynamics/step_results.h>
 #include <splitcubes/dynamics/tuning.h>
+#include <splitcubes/math/decompose.h>
 
 #include <algorithm>
 #include <cmath>
@@ -157,6 +158,77 @@ void CutRelaxation::restore_momenta(Phyxels& phyxels, int piece_count) const {
     }
 }
 
+// Moves a group rigidly to where its links to other phyxels of the piece are strained least: each end of a
+// link then is where the deformation of the other end has it. Weights: those of the links.
+void CutRelaxation::place_group(Phyxels& phyxels, const Neighbourhoods& neighbourhoods,
+                                std::span<const std::uint32_t> group) {
+    struct Match {
+        Vec3 from, to;  // m, world
+        double weight;
+    };
+    std::vector<Match> matches;
+    double total = 0, spread = 0;  // of weights; m^2, weighted
+    Vec3 from = Vec3::Zero(), to = Vec3::Zero();
+    const auto match = [&](const Vec3& at, const Vec3& target, double weight) {
+        matches.push_back({at, target, weight});
+        total += weight;
+        from += weight * at;
+        to += weight * target;
+    };
+    for (const std::uint32_t i : group)
+        for (std::uint32_t l = neighbourhoods.links_begin(i); l < neighbourhoods.links_end(i); ++l) {
+            const std::uint32_t j = neighbourhoods.neighbour()[l];
+            const double weight = neighbourhoods.weight()[l];
+            if (!(weight > 0) || phyxels.piece[j] != phyxels.piece[i] ||
+                std::binary_search(group.begin(), group.end(), j))
+                continue;
+            const Vec3& edge = neighbourhoods.rest_edge()[l];
+            match(phyxels.position[i], phyxels.position[j] - phyxels.deformation[j] * edge, weight);
+            match(phyxels.position[i] + phyxels.deformation[i] * edge, phyxels.position[j], weight);
+            spread += weight * edge.squaredNorm();
+        }
+    if (!(total > 0)) return;
+    from /= total;
+    to /= total;
+    // Links along one line leave a rotation open, which is then none.
+    Mat3 covariance = tuning::relaxation::open_rotation * spread * Mat3::Identity();
+    for (const Match& m : matches) covariance += m.weight * (m.to - to) * (m.from - from).transpose();
+    const Mat3 turn = rotation_of(covariance);
+    for (const std::uint32_t i : group) {
+        const Vec3 displacement = to + turn * (phyxels.position[i] - from) - phyxels.position[i];
+        move(phyxels, i, displacement);
+        displacement_[i] += displacement;
+    }
+}
+
+// Places the groups of relaxing pieces, where that lowers the energy.
+void CutRelaxation::place_rejoined(Phyxels& phyxels, const Neighbourhoods& neighbourhoods,
+                                   const Material& material, const Conditions& conditions,
+                                   const Parallel& parallel) {
+    displacement_.assign(phyxels.size(), Vec3::Zero());
+    for (Piece& piece : pieces_) piece.last_energy = piece.energy;
+    bool any = false;
+    for (const std::vector<std::uint32_t>& group : conditions.rejoined) {
+        const auto is_held = [&](std::uint32_t i) { return conditions.held[i] != 0; };
+        const std::int32_t at = phyxels.piece[group.front()];
+        if (phyxels.rigid.index(at) >= 0 || !piece_of(phyxels, group.front()).is_relaxing ||
+            std::any_of(group.begin(), group.end(), is_held))
+            continue;
+        place_group(phyxels, neighbourhoods, group);
+        any = true;
+    }
+    if (!any) return;
+    measure(phyxels, neighbourhoods, material, parallel);
+    bool is_back = false;
+    for (const std::uint32_t i : deformable_) {
+        const Piece& piece = piece_of(phyxels, i);
+        if (piece.energy < piece.last_energy || displacement_[i].isZero(0)) continue;
+        move(phyxels, i, -displacement_[i]);
+        is_back = true;
+    }
+    if (is_back) measure(phyxels, neighbourhoods, material, parallel);
+}
+
 CutRelaxation::Report CutRelaxation::relax(Phyxels& phyxels, const Neighbourhoods& neighbourhoods,
                                            const Material& material, const Conditions& conditions,
                                            const Parallel& parallel) {
@@ -166,6 +238,7 @@ CutRelaxation::Report CutRelaxation::relax(Phyxels& phyxels, const Neighbourhood
     for (const Piece& piece : pieces_)
         if (piece.is_relaxing) report.gained += piece.energy - piece.before;
     momenta_of_pieces(phyxels, conditions.piece_count, before_);
+    if (!conditions.rejoined.empty()) place_rejoined(phyxels, neighbourhoods, material, conditions, parallel);
     bool any = true;
     for (int round = 0; any && round < tuning::relaxation::max_rounds; ++round) {
         list_moving(phyxels, conditions.held);

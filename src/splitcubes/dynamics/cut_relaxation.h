@@ -19,6 +19,10 @@ namespace splitcubes::meshless {
 /// material. The iterations end where the energy of before is reached, so what the cut released stays
 /// strained. Centres of mass and both momenta of pieces that nothing holds stay. In held pieces the potential
 /// energy of gravity counts as well: where they hang at rest, their weight balances the elastic forces.
+///
+/// A group of phyxels that had no links to the rest of its piece may have moved away from it by any distance.
+/// Where new links join it again, it is moved as a whole to where they are strained least, before the
+/// iterations.
 class CutRelaxation {
   public:
     struct Report {
@@ -28,7 +32,9 @@ class CutRelaxation {
     };
     struct Conditions {
         std::span<const std::uint8_t> held;  // per phyxel, 1 if its position is prescribed
-        Vec3 gravity = Vec3::Zero();         // m/s^2
+        /// Groups of phyxels, each ascending, that have new links to the rest of their piece.
+        std::span<const std::vector<std::uint32_t>> rejoined;
+        Vec3 gravity = Vec3::Zero();  // m/s^2
         int piece_count = 0;
     };
     /// Must be called after the neighbourhoods of a cut are complete. phyxels.elastic_energy holds the energy
@@ -66,6 +72,10 @@ class CutRelaxation {
     bool choose_steps();
     void move(Phyxels& phyxels, std::size_t i, const Vec3& displacement);
     void displace(Phyxels& phyxels);
+    void place_group(Phyxels& phyxels, const Neighbourhoods& neighbourhoods,
+                     std::span<const std::uint32_t> group);
+    void place_rejoined(Phyxels& phyxels, const Neighbourhoods& neighbourhoods, const Material& material,
+                        const Conditions& conditions, const Parallel& parallel);
     bool take_back(Phyxels& phyxels, double share);
     void restore_momenta(Phyxels& phyxels, int piece_count) const;
 

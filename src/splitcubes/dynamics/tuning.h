@@ -232,6 +232,9 @@ inline constexpr int max_iterations = 6;
 /// Halvings of a displacement that raised the energy, 1 to 5, before the piece is given up. Fewer give up
 /// early; more cost time.
 inline constexpr int max_halvings = 3;
+/// Weight of no rotation beside the links that join a group to its piece again, 0.001 to 0.1: decides where
+/// links along one line leave the rotation open. Larger leaves groups turned.
+inline constexpr double open_rotation = 0.01;
 
 }  // namespace relaxation
 
