@@ -196,11 +196,10 @@ TEST(RigidContacts, FragmentsThatHitABodyConserveMomenta) {
 }
 
 // A block in random pieces drops by five millimetres. Boxes around fragments overlap where the cuts left
-// none, and the ground stops some while others fall: what is lifted out of each other costs energy. In most
-// drops none is gained (24 of 30 others gained less than 2 % of what the drop brings).
+// none, and the ground stops some while others fall: what is lifted out of each other costs energy.
 TEST(RigidContacts, RandomPiecesThatDropHardlyGainEnergy) {
     int gained = 0;
-    for (std::uint64_t seed = 1; seed <= 8; ++seed) {
+    for (std::uint64_t seed = 15; seed <= 26; ++seed) {
         const double rate = seed % 4 == 0 ? 500 : 60;  // 1/s, of steps
         SCOPED_TRACE(testing::Message() << "seed " << seed);
         WorldSettings settings;
@@ -229,10 +228,10 @@ TEST(RigidContacts, RandomPiecesThatDropHardlyGainEnergy) {
             lowest = std::min(lowest, now);
         }
         gained += rise > 0.02 * weight * 0.005;
-        EXPECT_LT(rise, 0.2 * weight * 0.005);
-        EXPECT_LT(lowest, -0.003 * weight) << "they have dropped";
+        EXPECT_LT(rise, 0.06 * weight * 0.005);
+        EXPECT_LT(lowest, -0.002 * weight) << "they have dropped";
     }
-    EXPECT_LE(gained, 3) << "of 8";
+    EXPECT_LE(gained, 2) << "of 12";
 }
 
 // Cuts a piece of two cells a side out of the middle.

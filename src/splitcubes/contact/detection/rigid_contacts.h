@@ -136,6 +136,7 @@ class RigidContacts {
     struct Group {
         std::vector<std::uint32_t> movers;
         double energy = 0;       // J, of their rigid motion, that they may have after the step
+        double potential = 0;    // J, of gravity, before the corrections
         bool is_driven = false;  // something that moves supplies energy
         Vec3 angular_momentum_debt = Vec3::Zero();  // kg m^2/s, taken by position corrections
     };

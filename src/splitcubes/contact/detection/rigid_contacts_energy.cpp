@@ -105,6 +105,7 @@ void RigidContacts::form_groups(const Task& task) {
         group.movers.push_back(mover);
         const double energy = energy_of(task, mover);
         group.energy += energy;
+        group.potential -= mass_of(mover) * task.gravity.dot(centre_of(mover));
         if (mover < fragments_.size()) continue;
         const PieceProxy& proxy = proxies_[mover - fragments_.size()];
         const double step_velocity = task.dt * task.gravity.norm();
@@ -164,7 +165,8 @@ void RigidContacts::reduce_overlaps(const Task& task) {
     pay_debts(share);
 }
 
-// Takes energy that corrections gave to a group from what it moves against its common rigid motion. What does
+// Takes energy that corrections gave to a group from what it moves against its common rigid motion, then from
+// the common fall: only colliders and what is held can lift a whole group, and these also stop it. What does
 // not move is lifted for nothing: it would sink in.
 void RigidContacts::pay_for_lifts(const Task& task) {
     for (const Group& group : groups_) {
@@ -183,6 +185,13 @@ void RigidContacts::pay_for_lifts(const Task& task) {
             accelerate(mover, (share - 1) * (velocity_of(mover) - common),
                        (share - 1) * (angular_velocity_of(mover) - rate));
         }
+        const Vec3 down = task.gravity.normalized();
+        const double lifted = -all.mass * task.gravity.dot(all.centre) - group.potential;
+        const double left = std::min(owed - deviating, lifted), fall = velocity.dot(down);
+        if (!(left > 0) || !(fall > 0)) continue;
+        const double slower = std::sqrt(std::max(fall * fall - 2 * left / all.mass, 0.0));
+        for (const std::uint32_t mover : group.movers)
+            accelerate(mover, (slower - fall) * down, Vec3::Zero());
     }
 }
 
