@@ -131,7 +131,7 @@ TEST(StateFile, WhatIsNoStateIsRefusedAndChangesNothing) {
     const std::string file = testing::TempDir() + "api_damaged.bin";
     made.save(file);
     const std::string good = bytes_of(file);
-    ASSERT_EQ(good.substr(0, 24), "Splitcubes simulation 8\n");
+    ASSERT_EQ(good.substr(0, 24), "Splitcubes simulation 9\n");
     ASSERT_TRUE(with_checksum(good) == good);
     Simulation simulation(in_free_space());
     const std::uint64_t hash = simulation.state_hash();

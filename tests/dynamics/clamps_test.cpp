@@ -160,13 +160,13 @@ TEST(Clamps, StepsOfShakenStiffBodiesAreHardlyEverRepeated) {
             const SolverReport report = body.step(parallel);
             ++steps;
             failed += report.retries > 0 || report.energy_excess_pieces > 0;
-            // Quasi-static strains are far below.
-            if (material.model == MaterialModel::corotated)
+            // Quasi-static strains are far below. TR-BDF2 keeps waves.
+            if (material.model == MaterialModel::corotated || body.options.scheme != TimeScheme::tr_bdf2)
                 ASSERT_LT(report.elastic_energy, 0.5 * mass * std::max(1e-3, jerk.squaredNorm()))
                     << "trial " << trial << ", step " << step;
         }
     }
-    EXPECT_LT(failed, steps / 10);
+    EXPECT_LE(failed, steps / 100);
 }
 
 }  // namespace

@@ -339,6 +339,51 @@ TEST(Step, AllStateIsInThePhyxels) {
     EXPECT_EQ(copy.position, body.phyxels.position) << "a new solver must go on as the old one";
 }
 
+// A stiff cut body that hangs, whose solves are slow without rigid modes.
+Specimen slow_body(const Parallel& parallel) {
+    Specimen body = block(8, 8, 8, 0.05, soft(1e8), parallel);
+    fixtures::cut_randomly(body, 6, 0.1, 5, parallel);
+    body.input.gravity = Vec3(0, 0, -9.81);
+    Random random(3);
+    for (Vec3& v : body.phyxels.velocity) v = random_vector(random, 0.1);
+    return body;
+}
+
+TEST(Step, StepsAfterASlowOneTakeFewerIterations) {
+    const Parallel parallel(1);
+    Specimen body = slow_body(parallel);
+    int iterations = 0, iterations_of_forgetful = 0;
+    for (int k = 0; k < 40; ++k) {
+        const int before = body.phyxels.slow_steps;
+        Specimen forgetful = body;
+        forgetful.phyxels.slow_steps = 0;
+        iterations += body.step(parallel).iterations;
+        iterations_of_forgetful += forgetful.step(parallel).iterations;
+        if (before > 0) EXPECT_EQ(body.phyxels.slow_steps, before - 1);
+        double difference = 0;  // m
+        for (std::size_t i = 0; i < body.phyxels.size(); ++i)
+            difference =
+                std::max(difference, (body.phyxels.position[i] - forgetful.phyxels.position[i]).norm());
+        EXPECT_LT(difference, 1e-3 * 0.05) << "step " << k;
+    }
+    EXPECT_LT(iterations, 0.8 * iterations_of_forgetful);
+}
+
+TEST(Step, ANewSolverGoesOnAfterSlowStepsAsTheOldOne) {
+    const Parallel parallel(1);
+    Specimen body = slow_body(parallel);
+    for (int k = 0; k < 3; ++k) body.step(parallel);
+    ASSERT_GT(body.phyxels.slow_steps, 0);
+    Phyxels copy = body.phyxels;
+    TimeIntegrator fresh;
+    for (int k = 0; k < 3; ++k) {
+        body.step(parallel);
+        fresh.step(copy, body.neighbourhoods, body.material, body.input, body.options, parallel);
+    }
+    EXPECT_EQ(copy.position, body.phyxels.position);
+    EXPECT_EQ(copy.slow_steps, body.phyxels.slow_steps);
+}
+
 TEST(Step, NonFinitePhyxelsAreCountedAndContained) {
     const Parallel parallel(1);
     Specimen body = block(5, 5, 5, 0.05, soft(), parallel);

@@ -57,6 +57,7 @@ void ElasticSamples::save_phyxels(const splitting::NodeGrid& grid, const meshles
         writer.add(std::span<const double>(*energies));
     writer.add(phyxels.history_step);
     writer.add(std::int32_t{phyxels.substeps});
+    writer.add(std::int32_t{phyxels.slow_steps});
 }
 
 // Loads the phyxels that were added by resampling. Each lies at a node, no two at the same.
@@ -157,6 +158,8 @@ void ElasticSamples::load_phyxels(const SampleContext& context, StateReader& rea
     phyxels.history_step = reader.number<double>(0, largest_state_number, "an invalid step length");
     phyxels.substeps = reader.number<std::int32_t>(0, std::numeric_limits<std::int32_t>::max(),
                                                    "a negative number of substeps");
+    phyxels.slow_steps = reader.number<std::int32_t>(0, std::numeric_limits<std::int32_t>::max(),
+                                                     "a negative number of slow steps");
     std::vector<std::uint8_t> has_phyxel(context.pieces.count(), 0);
     for (const std::int32_t piece : phyxels.piece) has_phyxel[static_cast<std::size_t>(piece)] = 1;
     require_state(std::find(has_phyxel.begin(), has_phyxel.end(), 0) == has_phyxel.end(),

@@ -39,6 +39,9 @@ inline constexpr double stretch_share = 1e-3;
 /// Maximum number of relinearisations of a step that distorts neighbourhoods, 1 to 5. More cost solves; fewer
 /// leave neighbourhoods that grew by rotating far.
 inline constexpr int max_relinearisations = 3;
+/// Relinearisations of a step whose hold jerks material with another tangent than the derivative of its
+/// forces, 1 or 2. None leaves spurious strain; more gain nothing.
+inline constexpr int solves_after_jerks = 1;
 /// Change of the contact force on a piece, as displacement in a step over max_depenetration, above which the
 /// piece leaves BDF2 for a step; about 1. Larger keeps BDF2 past changes, which adds energy; smaller damps
 /// more by backward Euler (decision 008).
@@ -103,6 +106,9 @@ inline constexpr int iterations_without_modes = 15;
 /// Additional such iterations per aggregate, 0.1 to 1, as the factorisation of more aggregates takes longer.
 /// Fewer and more: as above.
 inline constexpr double iterations_per_aggregate = 0.25;
+/// Steps after a slow one that begin with rigid modes, 10 to 100. Fewer try more often in vain without; more
+/// keep to them where nothing is slow any more.
+inline constexpr int steps_with_modes = 30;
 /// Maximum number of restarts of a solve from a residual in double precision, 1 to 10. More serve tolerances
 /// below 1e-10 only.
 inline constexpr int max_refinements = 4;
@@ -132,6 +138,10 @@ inline constexpr double min_rotation = 0.005;
 /// Weight of the phyxel itself in a smoothing pass, 0 to 1; the rest is its neighbours' mean. Larger smooths
 /// less.
 inline constexpr double smoothing_own_weight = 0.25;
+
+/// Displacement of a hold by a change of its velocity, in support radii, 0.002 to 0.05, above which it jerks
+/// what it holds. Larger leaves spurious strain; smaller costs solves.
+inline constexpr double jerk_share = 0.01;
 
 }  // namespace guess
 

@@ -52,7 +52,8 @@ struct Phyxels {
     /// s, the step between previous_position and position; 0 before the first step.
     /// A change of step size restarts BDF2.
     double history_step = 0;
-    int substeps = 0;  // of the last explicit step; 0 before the first
+    int substeps = 0;    // of the last explicit step; 0 before the first
+    int slow_steps = 0;  // implicit steps that still begin with rigid modes, since one was slow without
     /// Pieces that are too small to deform. The state of their phyxels, except mass, volume and plastic
     /// strain, follows from it (write_phyxels).
     RigidPieces rigid;
@@ -63,7 +64,8 @@ struct Phyxels {
     void serialize(Archive& archive) {
         archive(rest_position, position, velocity, previous_position, previous_velocity, mass, volume);
         archive(support_radius, contact_radius, deformation, rotation, plastic_strain, piece);
-        archive(restart_history, touching, held, elastic_energy, reserve, history_step, substeps, rigid);
+        archive(restart_history, touching, held, elastic_energy, reserve, history_step, substeps, slow_steps,
+                rigid);
         archive(ignored_holds, ignored_handles);
     }
     /// Appends one phyxel with zero mass and volume; its restart_history is 1.

@@ -11,7 +11,7 @@ namespace {
 
 // The number is raised with every change of the stored data or of the results of a step.
 constexpr std::string_view any_signature = "Splitcubes checkpoint ";
-constexpr std::string_view signature = "Splitcubes checkpoint 14\n";
+constexpr std::string_view signature = "Splitcubes checkpoint 15\n";
 
 struct Head {
     std::uint64_t identity = 0, length = 0, checksum = 0;

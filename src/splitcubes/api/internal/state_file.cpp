@@ -17,7 +17,7 @@ namespace {
 
 constexpr std::string_view any_mark = "Splitcubes simulation ";
 // Raised with every change of what is stored; what a checkpoint stores and its steps make of it included.
-constexpr std::string_view mark = "Splitcubes simulation 8\n";
+constexpr std::string_view mark = "Splitcubes simulation 9\n";
 
 struct Envelope {
     std::uint64_t length = 0, checksum = 0;

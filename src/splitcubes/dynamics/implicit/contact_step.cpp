@@ -110,6 +110,7 @@ void ImplicitSolver::step_together(std::span<Member> members, const ContactInput
         s.mark_restrained(job, contacts, k);
         s.prepare(job);
     });
+    group.recall_slow_steps();
     group.begin_contacts(contacts);
     group.solve_with_contacts();
     const auto any_new_distortion = [&] {
@@ -122,14 +123,19 @@ void ImplicitSolver::step_together(std::span<Member> members, const ContactInput
     // The last rotation is carried out, too: its stretch would be elastic energy.
     for (int pass = 0; group.turn_solutions() && pass < tuning::passes::max_turns; ++pass)
         group.relinearise();
-    for (int pass = 0; pass < tuning::passes::max_relinearisations &&
-                       (pass < options.further_solves || any_new_distortion());
+    int further_solves = options.further_solves;
+    group.each([&](ImplicitSolver& s, const Job& job, std::uint32_t) {
+        if (s.is_jerked(job)) further_solves = std::max(further_solves, tuning::passes::solves_after_jerks);
+    });
+    for (int pass = 0;
+         pass < tuning::passes::max_relinearisations && (pass < further_solves || any_new_distortion());
          ++pass)
         group.relinearise();
     group.each([](ImplicitSolver& s, const Job& job, std::uint32_t) {
         s.place_at_solution(job);
         std::fill(job.phyxels.touching.begin(), job.phyxels.touching.end(), std::uint8_t{0});
     });
+    group.count_slow_steps();
     group.forces->finish(group.position, group.touching, parallel);
     group.break_switched_histories(contacts);
     group.each([&](ImplicitSolver& s, const Job& job, std::uint32_t k) {

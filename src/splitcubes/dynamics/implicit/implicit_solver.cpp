@@ -307,6 +307,7 @@ void ImplicitSolver::start_guess(const Job& job) {
 // are stiffer than the inertia of the piece, and as the accelerations of the hold explain it. A solve from
 // strained links ends with a part of that strain.
 void ImplicitSolver::follow_holds(const Job& job) {
+    prediction_.gaps.clear();
     if (job.input.held.empty()) return;
     prediction_.gaps.assign(conditions_.supported.size(), {});
     for (std::size_t i = 0; i < job.phyxels.size(); ++i) {
@@ -322,6 +323,15 @@ void ImplicitSolver::follow_holds(const Job& job) {
         const Vec3 shift = gap.force / (gap.stiffness + gap.inertia);
         system_.base[i] += gap.change / std::max(gap.change, shift.norm()) * shift;
     });
+}
+
+// Whether a hold jerks a body whose tangent is not the derivative of its forces. One linearisation then
+// leaves strain that the forces there, far larger, hide from the solve's tolerance.
+bool ImplicitSolver::is_jerked(const Job& job) const {
+    if (is_frame_sufficient(job.material) || job.phyxels.size() == 0) return false;
+    const double limit = tuning::guess::jerk_share * job.phyxels.support_radius.front();
+    return std::any_of(prediction_.gaps.begin(), prediction_.gaps.end(),
+                       [&](const HoldGap& gap) { return gap.stiffness > 0 && gap.change > limit; });
 }
 
 // Adds the gaps between a held phyxel and its free neighbours.

@@ -138,6 +138,7 @@ class ImplicitSolver {
     void guess_acceleration(const Job& job, std::size_t i);
     void start_guess(const Job& job);
     void follow_holds(const Job& job);
+    bool is_jerked(const Job& job) const;
     void add_gap(const Job& job, std::size_t i, HoldGap& gap) const;
     static bool has_high_acceleration(const Job& job, const Vec3& acceleration_less_gravity);
     void smooth_high_accelerations(const Job& job);

@@ -241,6 +241,26 @@ int ImplicitSolver::Group::iterations_without_blocks() {
     return static_cast<int>(tuning::solve::iterations_per_block_size * static_cast<double>(phyxels / count));
 }
 
+// Bodies whose solves are slow without rigid modes stay so for many steps: iterating without them again would
+// be in vain.
+void ImplicitSolver::Group::recall_slow_steps() {
+    each([&](ImplicitSolver&, const Job& job, std::uint32_t) {
+        slow.need_modes = slow.need_modes || job.phyxels.slow_steps > 0;
+    });
+}
+
+void ImplicitSolver::Group::count_slow_steps() {
+    int left = 0;
+    each([&](ImplicitSolver&, const Job& job, std::uint32_t) {
+        left = std::max(left, job.phyxels.slow_steps);
+    });
+    if (left > 0)
+        --left;
+    else if (slow.need_modes)
+        left = tuning::solve::steps_with_modes;
+    each([&](ImplicitSolver&, const Job& job, std::uint32_t) { job.phyxels.slow_steps = left; });
+}
+
 std::vector<RigidModes::Part> ImplicitSolver::Group::coarse_parts() {
     std::vector<RigidModes::Part> out;
     each([&](ImplicitSolver& s, const Job& job, std::uint32_t) {

@@ -13,8 +13,8 @@ namespace splitcubes::meshless {
 struct SlowSolves {
     RigidModes modes;
     BlockJacobi blocks;
-    bool need_modes = false;        // a solve of this step was slow without them
-    bool need_blocks = false;       // solves of this step were slow with modes alone
+    bool need_modes = false;   // a solve of this step, or of one of the last steps, was slow without them
+    bool need_blocks = false;  // solves of this step were slow with modes alone
     int iterations_with_modes = 0;  // of this step, before blocks were needed
 
     void clear_matrices() {
@@ -79,6 +79,8 @@ struct ImplicitSolver::Group {
     void each(const Do& act) {
         for (std::size_t k = 0; k < size(); ++k) act(*solvers[k], jobs[k], static_cast<std::uint32_t>(k));
     }
+    void recall_slow_steps();
+    void count_slow_steps();
     void begin_contacts(const ContactInput& input);
     void position_touched();
     void clear_contacts();
