@@ -26,8 +26,8 @@ std::vector<std::vector<std::uint32_t>> separate_groups(const ElasticSamples& sa
 /// Connects the groups into which visible pairs divide a piece: makes pairs between a group and the rest of
 /// its piece visible where the shortest paths through the material lead from one to the other, and adds them
 /// to change.dirty_pairs. Where there is no such pair, adds a gap to change.gaps. Adds each group to
-/// change.rejoined. phyxels: those that lost or
-/// gained a pair, and those that are known to be in separate groups.
+/// change.rejoined. phyxels: those that lost or gained a pair, and those that are known to be in separate
+/// groups.
 void bridge_ligaments(const splitting::NodeGrid& grid, std::size_t piece_count, ElasticSamples& samples,
                       std::span<const std::uint32_t> phyxels, TopologyChange& change);
 

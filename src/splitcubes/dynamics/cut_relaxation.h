@@ -21,8 +21,8 @@ namespace splitcubes::meshless {
 /// energy of gravity counts as well: where they hang at rest, their weight balances the elastic forces.
 ///
 /// A group of phyxels that had no links to the rest of its piece may have moved away from it by any distance.
-/// Where new links join it again, it is moved as a whole to where they are strained least, before the
-/// iterations.
+/// Before the iterations, each group that new links join to its piece again is moved as a whole to where
+/// these links are strained least.
 class CutRelaxation {
   public:
     struct Report {

@@ -325,8 +325,9 @@ void ImplicitSolver::follow_holds(const Job& job) {
     });
 }
 
-// Whether a hold jerks a body whose tangent is not the derivative of its forces. One linearisation then
-// leaves strain that the forces there, far larger, hide from the solve's tolerance.
+// Returns whether a hold jerks a body whose tangent is not the derivative of its forces. One linearisation
+// then leaves spurious strain: the solve's tolerance is relative to the forces of the guess, which are far
+// larger than those due.
 bool ImplicitSolver::is_jerked(const Job& job) const {
     if (is_frame_sufficient(job.material) || job.phyxels.size() == 0) return false;
     const double limit = tuning::guess::jerk_share * job.phyxels.support_radius.front();
