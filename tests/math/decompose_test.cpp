@@ -70,6 +70,30 @@ TEST(EigenSymmetric, ValuesAreBelowALimitOrNot) {
     EXPECT_FALSE(has_eigenvalues_below(broken, 2));
 }
 
+TEST(EigenSymmetric, PositivePartIsThatOfTheDecomposition) {
+    Random random(13);
+    const auto check = [](const Mat3& matrix) {
+        const SymmetricEigen eigen = eigen_symmetric(matrix);
+        const Mat3 expected =
+            eigen.vectors * eigen.values.cwiseMax(0).asDiagonal() * eigen.vectors.transpose();
+        EXPECT_LE((positive_part(matrix) - expected).norm(), 1e-14 * matrix.norm()) << matrix;
+    };
+    for (int trial = 0; trial < 5000; ++trial) {
+        Vec3 values;
+        check(random_symmetric(random, values));
+        const Mat3 R = random_rotation(random);
+        // Values that are equal, zero, or nearly so.
+        for (const double small : {0.0, 1e-17, 1e-12, 1e-6})
+            for (const Vec3& other : {Vec3(1, 1, -1), Vec3(1, 0, -1), Vec3(0, 0, -1), Vec3(1, 0, 0),
+                                      Vec3(-1, -1, 1), Vec3(0, 0, 0), Vec3(1, 1, 1), Vec3(-1, -1, -1)}) {
+                const Vec3 near = other + small * Vec3(random.uniform(-1, 1), random.uniform(-1, 1), 1);
+                const Mat3 turned = R * near.asDiagonal() * R.transpose();
+                check(0.5 * (turned + turned.transpose()));
+                check(near.asDiagonal());
+            }
+    }
+}
+
 TEST(EigenSymmetric, TheBoundIsSlightlyAboveTheLargestValue) {
     Random random(12);
     for (int trial = 0; trial < 5000; ++trial) {

@@ -46,6 +46,18 @@ double principal_strain_slope(double stretch) {
     return std::max(stretch, tuning::constitutive::min_green_stretch);
 }
 
+// Returns whether F is not inverted and all its principal stretches are above a limit.
+bool is_stretched_above(const Mat3& F, double limit) {
+    return F.determinant() > 0 && has_eigenvalues_below(-(F.transpose() * F), -limit * limit);
+}
+
+// Returns F with principal stretches of at least min_stretch.
+Mat3 raised_stretch(const Mat3& F, const Mat3& R) {
+    const SymmetricEigen stretch = eigen_symmetric(symmetric(R.transpose() * F));
+    const Vec3 raised = stretch.values.cwiseMax(tuning::constitutive::min_stretch);
+    return R * stretch.vectors * raised.asDiagonal() * stretch.vectors.transpose();
+}
+
 // Green's strain. If a principal stretch may be below min_green_stretch, also the principal stretches; the
 // least is negative where F is inverted.
 struct GreenStrain {
@@ -57,8 +69,7 @@ struct GreenStrain {
 GreenStrain green_strain(const Mat3& F, const Mat3& R) {
     constexpr double least = tuning::constitutive::min_green_stretch;
     GreenStrain out{0.5 * (F.transpose() * F - Mat3::Identity()), false, {}};
-    // No eigenvalue is below the negative of the norm.
-    if (out.strain.norm() <= -principal_strain(least) && F.determinant() > 0) return out;
+    if (is_stretched_above(F, least)) return out;
     out.stretch = eigen_symmetric(symmetric(R.transpose() * F));
     out.is_crushed = out.stretch.values.minCoeff() < least;
     if (!out.is_crushed) return out;
@@ -187,8 +198,8 @@ Tangent tangent(const Material& material, const Mat3& F, const Mat3& R, const Ma
     }
     if (material.volume_stiffness > 0) out.cofactor = cofactor_of(F);
     if (material.model == MaterialModel::corotated && !material.plasticity) return out;
-    const SymmetricEigen stretch = eigen_symmetric(symmetric(R.transpose() * F));
     if (material.model == MaterialModel::corotated) {
+        const SymmetricEigen stretch = eigen_symmetric(symmetric(R.transpose() * F));
         const Vec3 s = stretch.values.cwiseMax(0.5 * tuning::constitutive::min_stretch_sum);
         out.axes = stretch.vectors;
         out.frame = R * stretch.vectors * s.asDiagonal();
@@ -196,14 +207,9 @@ Tangent tangent(const Material& material, const Mat3& F, const Mat3& R, const Ma
             for (int j = 0; j < 3; ++j) out.weights(i, j) = 2 / (s[i] + s[j]);
         return out;
     }
-    if (stretch.values[2] < tuning::constitutive::min_stretch) {
-        const Vec3 raised = stretch.values.cwiseMax(tuning::constitutive::min_stretch);
-        out.frame = R * stretch.vectors * raised.asDiagonal() * stretch.vectors.transpose();
-    } else {
-        out.frame = F;
-    }
-    const Mat3 stress = second_piola(material, elastic_part(material, green_strain(F, R), plastic_strain));
-    out.prestress = with_eigenvalues(stress, [](double value) { return std::max(value, 0.0); });
+    out.frame = is_stretched_above(F, tuning::constitutive::min_stretch) ? F : raised_stretch(F, R);
+    out.prestress =
+        positive_part(second_piola(material, elastic_part(material, green_strain(F, R), plastic_strain)));
     return out;
 }
 

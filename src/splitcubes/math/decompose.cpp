@@ -93,6 +93,38 @@ bool has_eigenvalues_below(const Mat3& matrix, double limit) {
     return first > 0 && second > 0 && third > 0;
 }
 
+// Takes out the eigenvalue that is farther from the middle one, of which the root of the characteristic cubic
+// (Smith 1961) and the eigenvector are accurate; the plane of the others is left.
+Mat3 positive_part(const Mat3& matrix) {
+    if (has_eigenvalues_below(matrix, 0)) return Mat3::Zero();
+    if (has_eigenvalues_below(-matrix, 0)) return matrix;
+    const double mean = matrix.trace() / 3;
+    const Mat3 off = matrix - mean * Mat3::Identity();
+    const double spread = std::sqrt(off.squaredNorm() / 6), cubed = spread * spread * spread;
+    if (!(cubed > 0)) return std::max(mean, 0.0) * Mat3::Identity();
+    const double share = std::clamp(0.5 * off.determinant() / cubed, -1.0, 1.0);
+    const double root = std::copysign(2 * spread * std::cos(std::acos(std::abs(share)) / 3), share);
+    const Mat3 shifted = off - root * Mat3::Identity();
+    Vec3 axis = Vec3::Zero();
+    for (int k = 0; k < 3; ++k) {
+        const Vec3 normal = shifted.col(k).cross(shifted.col((k + 1) % 3));
+        if (normal.squaredNorm() > axis.squaredNorm()) axis = normal;
+    }
+    axis.normalize();
+    const Vec3 u = perpendicular(axis), w = axis.cross(u);
+    const Vec3 image_of_u = matrix * u, image_of_w = matrix * w;
+    const double middle = 0.5 * (u.dot(image_of_u) + w.dot(image_of_w));
+    const double half = 0.5 * (u.dot(image_of_u) - w.dot(image_of_w)), across = u.dot(image_of_w);
+    const double radius = std::hypot(half, across);
+    const double larger = std::max(middle + radius, 0.0), smaller = std::max(middle - radius, 0.0);
+    const double slope = radius > 0 ? 0.5 * (larger - smaller) / radius : 0;
+    const double positive_middle = 0.5 * (larger + smaller);
+    return std::max(axis.dot(matrix * axis), 0.0) * axis * axis.transpose() +
+           (positive_middle + slope * half) * u * u.transpose() +
+           (positive_middle - slope * half) * w * w.transpose() +
+           slope * across * (u * w.transpose() + w * u.transpose());
+}
+
 double largest_eigenvalue_bound(const Mat3& matrix) {
     // Far above the error of the cosines, which is the square root of machine precision if two eigenvalues
     // are equal.

@@ -85,68 +85,37 @@ double RigidContacts::max_displacement_of(std::uint32_t body, std::int32_t piece
     return at < max_displacements_[body].size() ? max_displacements_[body][at] : max_surface_displacement_;
 }
 
-// Sorts fragments by grid cell of their centre; cells are as wide as the largest distance at which two can
-// meet.
-void RigidContacts::sort_fragments() {
-    double widest = 0;
+// Puts a ball around each fragment in the grid, with all that it may meet at this distance (m) in the step.
+void RigidContacts::list_balls(double reach) {
+    constexpr double limit = tuning::fragments::max_grid_coordinate;
+    balls_.clear();
     for (const Fragment& fragment : fragments_)
-        widest = std::max(widest, fragment.radius + fragment.max_displacement);
-    cell_ = 2 * widest + tuning::fragments::speculative_share * spacing_;
-    sorted_.clear();
-    for (std::uint32_t k = 0; k < fragments_.size(); ++k) {
-        const Vec3& centre = piece_of(fragments_[k]).centre;
-        const Eigen::Array3d at = (centre / cell_).array().floor().max(-1e9).min(1e9);
-        sorted_.push_back({{static_cast<int>(at[0]), static_cast<int>(at[1]), static_cast<int>(at[2])}, k});
-    }
-    std::sort(sorted_.begin(), sorted_.end());
-}
-
-template <class Visit>
-void RigidContacts::visit_near(const Vec3& point, const Visit& visit) const {
-    const Eigen::Array3d at = (point / cell_).array().floor().max(-1e9).min(1e9);
-    for (int x = -1; x <= 1; ++x)
-        for (int y = -1; y <= 1; ++y) {
-            const std::array<int, 3> first = {static_cast<int>(at[0]) + x, static_cast<int>(at[1]) + y,
-                                              static_cast<int>(at[2]) - 1};
-            auto found = std::lower_bound(sorted_.begin(), sorted_.end(), std::pair{first, 0U});
-            for (; found != sorted_.end(); ++found) {
-                if (found->first[0] != first[0] || found->first[1] != first[1] ||
-                    found->first[2] > first[2] + 2)
-                    break;
-                visit(found->second);
-            }
-        }
+        balls_.push_back({piece_of(fragment).centre.cwiseMax(-limit).cwiseMin(limit),
+                          fragment.radius + fragment.max_displacement + reach});
+    grid_.build(balls_);
 }
 
 // Lists the surface samples near each fragment.
 void RigidContacts::list_samples(const ContactFinder& finder, const Parallel& parallel) {
     constexpr std::size_t grain = 512;
     const std::span<const Vec3> positions = finder.sample_positions();
-    const auto farthest = [&](const Fragment& fragment) {
-        return fragment.radius + fragment.max_displacement + tuning::fragments::reach_share * spacing_ +
-               max_surface_displacement_;
-    };
-    balls_.clear();
-    for (const Fragment& fragment : fragments_)
-        balls_.push_back({piece_of(fragment)
-                              .centre.cwiseMax(-tuning::fragments::max_grid_coordinate)
-                              .cwiseMin(tuning::fragments::max_grid_coordinate),
-                          farthest(fragment)});
-    grid_.build(balls_);
+    list_balls(tuning::fragments::reach_share * spacing_ + max_surface_displacement_);
     near_.resize(std::max(near_.size(), (positions.size() + grain - 1) / grain));
     for (std::vector<Near>& near : near_) near.clear();
     const auto list = [&](std::size_t begin, std::size_t end) {
-        for (std::size_t k = begin; k < end; ++k)
-            for (const std::uint32_t index : grid_.near(positions[k])) {
+        std::vector<std::uint32_t> near;
+        for (std::size_t k = begin; k < end; ++k) {
+            grid_.containing(positions[k], near);
+            if (near.empty()) continue;
+            const ContactFinder::SurfaceSample sample = finder.surface_sample(k);
+            const double excess = max_surface_displacement_ - max_displacement_of(sample.body, sample.piece);
+            for (const std::uint32_t index : near) {
                 const SphereGrid::Ball& ball = balls_[index];
-                const double square = (positions[k] - ball.centre).squaredNorm();
-                if (!(square <= ball.radius * ball.radius)) continue;
-                const ContactFinder::SurfaceSample sample = finder.surface_sample(k);
-                const double far =
-                    ball.radius - max_surface_displacement_ + max_displacement_of(sample.body, sample.piece);
-                if (square <= far * far)
+                const double far = ball.radius - excess;
+                if ((positions[k] - ball.centre).squaredNorm() <= far * far)
                     near_[begin / grain].push_back({static_cast<std::uint32_t>(k), index});
             }
+        }
     };
     parallel.for_chunks(positions.size(), grain, std::cref(list));
     for (const std::vector<Near>& part : near_)
@@ -155,28 +124,29 @@ void RigidContacts::list_samples(const ContactFinder& finder, const Parallel& pa
 
 void RigidContacts::find(const Task& task, const ContactFinder& finder,
                          std::span<const ContactIsland> islands, const Parallel& parallel) {
+    constexpr std::size_t grain = 16;
     rows_.clear();
     proxies_.clear();
     supports_.clear();
     list_fragments(task);
     if (fragments_.empty()) return;
     measure_surfaces(task);
-    sort_fragments();
-    list_samples(finder, parallel);
-    parallel.for_each(fragments_.size(), 1,
-                      [&](std::size_t k) { meet_surface(task, finder, static_cast<std::uint32_t>(k)); });
-    for (std::uint32_t k = 0; k < fragments_.size(); ++k) {
-        for (ContactRow& row : fragments_[k].rows) {
-            row.proxy = proxy_of(row.side.part, row.proxy);
+    if (!finder.sample_positions().empty()) list_samples(finder, parallel);
+    list_balls(0);
+    parallel.for_chunks(fragments_.size(), grain, [&](std::size_t begin, std::size_t end) {
+        std::vector<std::uint32_t> others;
+        Planes planes;
+        for (auto k = static_cast<std::uint32_t>(begin); k < end; ++k) {
+            meet_surface(task, finder, k, planes);
+            grid_.meeting_after(k, others);
+            for (const std::uint32_t other : others) meet_fragment(task, k, other, fragments_[k].rows);
+        }
+    });
+    for (Fragment& fragment : fragments_)
+        for (ContactRow& row : fragment.rows) {
+            if (row.lower < 0) row.proxy = proxy_of(row.side.part, row.proxy);
             rows_.push_back(row);
         }
-        std::vector<std::uint32_t> others;
-        visit_near(piece_of(fragments_[k]).centre, [&](std::uint32_t other) {
-            if (other > k) others.push_back(other);
-        });
-        std::sort(others.begin(), others.end());
-        for (const std::uint32_t other : others) meet_fragment(task, k, other);
-    }
     list_supports(islands);
     measure_proxies(task);
     for (std::uint32_t k = 0; k < proxies_.size(); ++k)
@@ -184,23 +154,26 @@ void RigidContacts::find(const Task& task, const ContactFinder& finder,
             proxies_[k].start_energy = energy_of(task, static_cast<std::uint32_t>(fragments_.size()) + k);
 }
 
+void RigidContacts::Planes::list(const ContactFinder& finder, std::span<const std::uint32_t> samples) {
+    all.clear();
+    lanes.reset(samples.size());
+    for (const std::uint32_t k : samples) {
+        const ContactFinder::SurfaceSample sample = finder.surface_sample(k);
+        all.push_back({finder.sample_positions()[k], finder.sample_normals()[k], sample.body, sample.piece});
+        lanes.add(all.back().position, all.back().normal);
+    }
+}
+
 // Finds the contacts of a fragment's points with the planes through surface samples.
-void RigidContacts::meet_surface(const Task& task, const ContactFinder& finder,
-                                 std::uint32_t fragment_index) {
+void RigidContacts::meet_surface(const Task& task, const ContactFinder& finder, std::uint32_t fragment_index,
+                                 Planes& planes) {
     Fragment& fragment = fragments_[fragment_index];
     if (fragment.near.empty()) return;
-    Planes planes;
-    planes.all.reserve(fragment.near.size());
-    for (const std::uint32_t k : fragment.near) {
-        const ContactFinder::SurfaceSample sample = finder.surface_sample(k);
-        planes.all.push_back(
-            {finder.sample_positions()[k], finder.sample_normals()[k], sample.body, sample.piece});
-    }
-    planes.square.resize(planes.all.size());
+    planes.list(finder, fragment.near);
     const meshless::RigidPieces& rigid = phyxels_[fragment.body]->rigid;
     for (const Vec3& own : rigid.points_of(rigid.bodies[fragment.index])) {
         const Vec3 point = piece_of(fragment).world_point(own);
-        const std::size_t partner = partner_of(point, piece_of(fragment).rotation * own, planes);
+        const std::size_t partner = planes.lanes.find_nearest(point, piece_of(fragment).rotation * own);
         if (partner == planes.all.size()) continue;
         ContactRow row;
         row.upper = fragment_index;
@@ -212,36 +185,22 @@ void RigidContacts::meet_surface(const Task& task, const ContactFinder& finder,
     }
 }
 
-// Returns the nearest sample that faces the point, or the number of samples if there is none; sets all
-// squared distances.
-std::size_t RigidContacts::partner_of(const Vec3& point, const Vec3& outwards, Planes& planes) {
-    for (std::size_t n = 0; n < planes.all.size(); ++n)
-        planes.square[n] = (planes.all[n].position - point).squaredNorm();
-    std::size_t partner = planes.all.size();
-    double nearest = std::numeric_limits<double>::infinity();
-    for (std::size_t n = 0; n < planes.all.size(); ++n) {
-        if (planes.square[n] >= nearest || !(planes.all[n].normal.dot(outwards) <= 0)) continue;
-        nearest = planes.square[n];
-        partner = n;
-    }
-    return partner;
-}
-
 // Sets gap and normal of the point from the weighted mean of the planes around its partner. Returns false if
 // the point will not come near.
 bool RigidContacts::set_gap(const Task& task, const Vec3& point, std::size_t partner, const Planes& planes,
                             ContactRow& row) const {
     const Plane& face = planes.all[partner];
     const double spacing = task.bodies[face.body].spacing;
-    const double width = std::sqrt(planes.square[partner]) + tuning::fragments::face_reach_share * spacing;
+    const std::span<const double> square = planes.lanes.squared_distances();
+    const double width = std::sqrt(square[partner]) + tuning::fragments::face_reach_share * spacing;
     double distance = 0, total = 0;
     Vec3 normal = Vec3::Zero();
     for (std::size_t n = 0; n < planes.all.size(); ++n) {
-        if (!(planes.square[n] < width * width)) continue;
+        if (!(square[n] < width * width)) continue;
         const Plane& plane = planes.all[n];
         if (plane.body != face.body || plane.piece != face.piece) continue;
         if (!(plane.normal.dot(face.normal) > tuning::fragments::one_face_cosine)) continue;
-        const double share = 1 - planes.square[n] / (width * width);
+        const double share = 1 - square[n] / (width * width);
         distance += share * share * plane.normal.dot(point - plane.position);
         normal += share * share * plane.normal;
         total += share * share;
@@ -276,6 +235,17 @@ void RigidContacts::set_lower_side(const BodyView& body, const ContactFinder::Su
     if (!row.lower_own.allFinite()) row.side.count = 0;
 }
 
+// Returns a lower bound of the gap (m) that face_between finds: that of the upper fragment's box.
+double RigidContacts::box_gap(const Fragment& upper, const Fragment& lower) const {
+    const RigidPiece& moving = piece_of(upper);
+    const RigidPiece& box = piece_of(lower);
+    const Mat3 rotation = box.rotation.transpose() * moving.rotation;
+    const Vec3 middle = box.rotation.transpose() * (moving.centre - box.centre) +
+                        0.5 * (rotation * (upper.low + upper.high)) - 0.5 * (lower.low + lower.high);
+    const Vec3 half = 0.5 * (rotation.cwiseAbs() * (upper.high - upper.low) + (lower.high - lower.low));
+    return (middle.cwiseAbs() - half).maxCoeff();
+}
+
 // Returns the face of the lower fragment's box with the largest separation (or smallest penetration) from the
 // upper one's points.
 RigidContacts::BoxFace RigidContacts::face_between(const Fragment& upper, const Fragment& lower) const {
@@ -298,7 +268,8 @@ RigidContacts::BoxFace RigidContacts::face_between(const Fragment& upper, const 
 
 // Finds the contacts of one fragment's points with the face of the other one's box that separates the two
 // best.
-void RigidContacts::meet_fragment(const Task& task, std::uint32_t first, std::uint32_t second) {
+void RigidContacts::meet_fragment(const Task& task, std::uint32_t first, std::uint32_t second,
+                                  std::vector<ContactRow>& rows) const {
     const Fragment& a = fragments_[first];
     const Fragment& b = fragments_[second];
     const double displacements = a.max_displacement + b.max_displacement,
@@ -306,7 +277,11 @@ void RigidContacts::meet_fragment(const Task& task, std::uint32_t first, std::ui
     if ((piece_of(a).centre - piece_of(b).centre).squaredNorm() > far * far) return;
     const double spacing = std::min(task.bodies[a.body].spacing, task.bodies[b.body].spacing);
     const double near = tuning::fragments::speculative_share * spacing + displacements;
-    const BoxFace of_second = face_between(a, b), of_first = face_between(b, a);
+    const double surely = near + tuning::fragments::negligible_share * spacing;
+    if (box_gap(a, b) > surely || box_gap(b, a) > surely) return;
+    const BoxFace of_second = face_between(a, b);
+    if (of_second.gap > near) return;
+    const BoxFace of_first = face_between(b, a);
     const bool takes_second = of_second.gap >= of_first.gap;
     const BoxFace face = takes_second ? of_second : of_first;
     if (face.gap > near) return;
@@ -316,10 +291,10 @@ void RigidContacts::meet_fragment(const Task& task, std::uint32_t first, std::ui
     const Vec3 normal = face.sign * Vec3::Unit(face.axis);
     const Vec3 low = fragments_[lower].low - Vec3::Constant(tuning::fragments::speculative_share * spacing);
     const Vec3 high = fragments_[lower].high + Vec3::Constant(tuning::fragments::speculative_share * spacing);
-    const std::size_t before = rows_.size();
+    const std::size_t before = rows.size();
     // If no point lies in front of the face itself, all count: edges cross.
     for (const bool strict : {true, false}) {
-        if (rows_.size() > before) break;
+        if (rows.size() > before) break;
         for (const Vec3& own : phyxels_[fragments_[upper].body]->rigid.points_of(moving)) {
             const Vec3 point = moving.world_point(own);
             const Vec3 in_box = box.rotation.transpose() * (point - box.centre);
@@ -342,7 +317,7 @@ void RigidContacts::meet_fragment(const Task& task, std::uint32_t first, std::ui
                                     tuning::fragments::depth_share * std::max(-distance, 0.0);
             row.friction = task.friction;
             row.start = point - box.world_point(row.lower_own);
-            if (row.start.allFinite()) rows_.push_back(row);
+            if (row.start.allFinite()) rows.push_back(row);
         }
     }
 }

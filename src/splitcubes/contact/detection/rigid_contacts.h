@@ -2,18 +2,17 @@
 #pragma once
 
 #include <splitcubes/contact/detection/contact_finder.h>
+#include <splitcubes/contact/detection/plane_lanes.h>
 #include <splitcubes/contact/detection/rigid_impulses.h>
 #include <splitcubes/contact/detection/sphere_grid.h>
 #include <splitcubes/contact/response/contact.h>
 #include <splitcubes/contact/response/obstacle.h>
 #include <splitcubes/geometry/signed_distance.h>
 
-#include <array>
 #include <cstdint>
 #include <limits>
 #include <memory>
 #include <span>
-#include <utility>
 #include <vector>
 
 namespace splitcubes::meshless {
@@ -63,18 +62,19 @@ class RigidContacts {
     struct Near {
         std::uint32_t sample, fragment;
     };
-    /// Tangent planes of the samples near a fragment; and their squared distances (m^2) from the current
-    /// point.
-    struct Planes {
-        struct Plane {
-            Vec3 position, normal;
-            std::uint32_t body;
-            std::int32_t piece;
-        };
-        std::vector<Plane> all;
-        std::vector<double> square;
+    /// Tangent plane of a sample.
+    struct Plane {
+        Vec3 position, normal;
+        std::uint32_t body;
+        std::int32_t piece;
     };
-    using Plane = Planes::Plane;
+    /// Planes of the samples near a fragment.
+    struct Planes {
+        std::vector<Plane> all;
+        PlaneLanes lanes;
+
+        void list(const ContactFinder& finder, std::span<const std::uint32_t> samples);
+    };
     struct ContactRow {
         std::uint32_t upper = 0;  // fragment
         std::int32_t lower = -1;  // fragment; -1: surface or obstacle
@@ -103,6 +103,7 @@ class RigidContacts {
         std::vector<std::uint32_t> near;    // surface samples, ascending
         std::vector<ContactRow> rows;       // its contacts with surfaces
         std::vector<double> depth;          // m, <= 0, per obstacle, before positions are corrected
+        double outside_until = 0;           // m, its way below which it is not deeper in obstacles
     };
     /// Contact of an elastic piece with a collider.
     struct Support {
@@ -154,6 +155,7 @@ class RigidContacts {
         Vec3 normal = Vec3::UnitZ();  // from lower to upper
         double gap = 0;               // m, remaining_gap before corrections
         double min_depth = 0;         // m, smaller ones are left
+        double apart_until = 0;       // m, sum of the ways of both below which they do not overlap
     };
 
     /// Face of a bounding box in its own frame.
@@ -166,17 +168,18 @@ class RigidContacts {
     void measure_surfaces(const Task& task);
     double max_displacement_of(std::uint32_t body, std::int32_t piece) const;
     void list_samples(const ContactFinder& finder, const Parallel& parallel);
-    void sort_fragments();
-    template <class Visit>
-    void visit_near(const Vec3& point, const Visit& visit) const;
-    void meet_surface(const Task& task, const ContactFinder& finder, std::uint32_t fragment_index);
-    static std::size_t partner_of(const Vec3& point, const Vec3& outwards, Planes& planes);
+    void list_balls(double reach);
+    void sort_rows(const Task& task);
+    void meet_surface(const Task& task, const ContactFinder& finder, std::uint32_t fragment_index,
+                      Planes& planes);
     bool set_gap(const Task& task, const Vec3& point, std::size_t partner, const Planes& planes,
                  ContactRow& row) const;
     static void set_lower_side(const BodyView& body, const ContactFinder::SurfaceSample& partner,
                                const Vec3& point, ContactRow& row);
+    double box_gap(const Fragment& upper, const Fragment& lower) const;
     BoxFace face_between(const Fragment& upper, const Fragment& lower) const;
-    void meet_fragment(const Task& task, std::uint32_t first, std::uint32_t second);
+    void meet_fragment(const Task& task, std::uint32_t first, std::uint32_t second,
+                       std::vector<ContactRow>& rows) const;
     void meet_obstacles(const Task& task, std::uint32_t fragment_index);
     meshless::RigidPiece& piece_of(const Fragment& fragment) const;
     /// Tells whether corrections reduce overlaps that the step began with.
@@ -210,13 +213,14 @@ class RigidContacts {
     double energy_of(const Task& task, const Group& group) const;
     void pay_debts(double share);
     void pay_for_lifts(const Task& task);
+    double clearance(const meshless::Obstacle& obstacle, const Fragment& fragment) const;
     geometry::SignedDistance::Sample deepest(const meshless::Obstacle& obstacle,
                                              const Fragment& fragment) const;
     void record_depth(const Task& task, Fragment& fragment) const;
     bool push_out_of_obstacles(const Task& task, Fragment& fragment);
     double remaining_gap(const ContactRow& row, Overlaps overlaps) const;
     void list_corrections(Overlaps overlaps);
-    bool correct_position(const Task& task, const Correction& correction);
+    bool correct_position(const Task& task, Correction& correction);
     std::vector<RigidImpulses::Mover> list_movers() const;
     void add_impulse(const ContactRow& row);
     void push_fragments();
@@ -224,20 +228,19 @@ class RigidContacts {
 
     std::vector<Fragment> fragments_;
     std::vector<std::vector<Near>> near_;  // per range of samples
-    std::vector<SphereGrid::Ball> balls_;  // per fragment: where it may meet surfaces
+    std::vector<SphereGrid::Ball> balls_;  // per fragment: where it may meet surfaces, or other fragments
     SphereGrid grid_;
-    std::vector<std::pair<std::array<int, 3>, std::uint32_t>> sorted_;  // fragments by cell of the centre
-    double cell_ = 0;                                                   // m, cell size
     // m, per body and piece: maximum displacement of the surface in the step; and the maximum of all.
     std::vector<std::vector<double>> max_displacements_;
     double max_surface_displacement_ = 0;
     double spacing_ = 0;  // m, maximum of all bodies
-    std::vector<ContactRow> rows_;
+    std::vector<ContactRow> rows_, spare_rows_;
     std::vector<PieceProxy> proxies_;
     std::vector<Support> supports_;
     std::vector<std::uint32_t> group_of_;  // per mover
     std::vector<Group> groups_;
     std::vector<Shifted> shifted_;  // per mover
+    std::vector<double> ways_;      // m, per mover: sum of the position corrections
     std::vector<Correction> corrections_;
     double max_correction_ = 0;  // m, how far corrections may move a mover
     // Movers: fragments, then elastic pieces (their velocities are changes), and last an immovable one. A

@@ -59,6 +59,7 @@ Vec3 RigidContacts::angular_velocity_of(std::uint32_t mover) const {
 
 void RigidContacts::shift(std::uint32_t mover, const Vec3& by) {
     shifted_[mover].by += by;
+    ways_[mover] += by.norm();
     if (mover < fragments_.size())
         piece_of(fragments_[mover]).centre += by;
     else

@@ -35,6 +35,12 @@ Vec3 RigidContacts::lower_point(const ContactRow& row) const {
     return row.end_position + proxies_[static_cast<std::size_t>(row.proxy)].shift;
 }
 
+// Returns a lower bound of the signed distances (m) of the fragment's points.
+double RigidContacts::clearance(const meshless::Obstacle& obstacle, const Fragment& fragment) const {
+    const Vec3 centre = obstacle.after.inverse() * piece_of(fragment).centre;
+    return obstacle.solid->at(centre).distance - tuning::fragments::max_distance_slope * fragment.radius;
+}
+
 // Returns the signed distance (m, negative inside) and the world normal at the fragment's deepest point.
 geometry::SignedDistance::Sample RigidContacts::deepest(const meshless::Obstacle& obstacle,
                                                         const Fragment& fragment) const {
@@ -53,23 +59,33 @@ geometry::SignedDistance::Sample RigidContacts::deepest(const meshless::Obstacle
 void RigidContacts::record_depth(const Task& task, Fragment& fragment) const {
     fragment.depth.clear();
     for (const meshless::Obstacle& obstacle : task.obstacles)
-        fragment.depth.push_back(std::min(deepest(obstacle, fragment).distance, 0.0));
+        fragment.depth.push_back(
+            clearance(obstacle, fragment) > 0 ? 0 : std::min(deepest(obstacle, fragment).distance, 0.0));
 }
 
 // Moves a fragment out of the obstacles, which do not yield. Returns whether it was in one.
 bool RigidContacts::push_out_of_obstacles(const Task& task, Fragment& fragment) {
+    const auto mover = static_cast<std::uint32_t>(&fragment - fragments_.data());
+    if (ways_[mover] < fragment.outside_until) return false;
     bool any = false;
+    double slack = std::numeric_limits<double>::infinity();
     for (std::size_t k = 0; k < task.obstacles.size(); ++k) {
+        const double clear = clearance(task.obstacles[k], fragment);
+        if (clear > 0) {
+            slack = std::min(slack, clear);
+            continue;
+        }
         const geometry::SignedDistance::Sample at = deepest(task.obstacles[k], fragment);
         const double correction = fragment.depth[k] - at.distance;
+        slack = std::min(slack, -correction);
         if (!(correction > 1e-9 * fragment.radius)) continue;
-        const auto mover = static_cast<std::uint32_t>(&fragment - fragments_.data());
         shift(mover, correction * at.normal);
         max_correction_ = std::max(max_correction_, correction);
         if (!task.obstacles[k].after.isApprox(task.obstacles[k].before, 0))
             groups_[group_of_[mover]].is_driven = true;
         any = true;
     }
+    if (!any) fragment.outside_until = ways_[mover] + slack / tuning::fragments::max_distance_slope;
     return any;
 }
 
@@ -101,10 +117,15 @@ void RigidContacts::list_corrections(Overlaps overlaps) {
 }
 
 // Undoes the penetration of one contact, as correct_positions does. Returns whether there was one.
-bool RigidContacts::correct_position(const Task& task, const Correction& correction) {
+bool RigidContacts::correct_position(const Task& task, Correction& correction) {
+    const double way = ways_[correction.upper] + ways_[correction.lower];
+    if (way < correction.apart_until) return false;
     const Shifted &upper = shifted_[correction.upper], &lower = shifted_[correction.lower];
     const double depth = -correction.gap - correction.normal.dot(upper.by - lower.by);
-    if (!(depth > correction.min_depth)) return false;
+    if (!(depth > correction.min_depth)) {
+        correction.apart_until = way + correction.min_depth - depth;
+        return false;
+    }
     const Vec3 push = depth / (upper.mobility + lower.mobility) * correction.normal;
     const auto moves_too_far = [&](const Shifted& mover, double sign) {
         return (mover.by + sign * mover.mobility * push).squaredNorm() > max_correction_ * max_correction_ &&
@@ -131,6 +152,7 @@ bool RigidContacts::correct_position(const Task& task, const Correction& correct
 // farther than the deepest penetration: a fragment between surfaces that close on it would be thrown.
 void RigidContacts::correct_positions(const Task& task, Overlaps overlaps) {
     shifted_.assign(mover_count(), {});
+    ways_.assign(mover_count(), 0);
     for (std::uint32_t mover = 0; mover < mover_count(); ++mover) {
         Shifted& shifted = shifted_[mover];
         shifted.start = centre_of(mover);
@@ -138,6 +160,7 @@ void RigidContacts::correct_positions(const Task& task, Overlaps overlaps) {
         shifted.velocity = velocity_of(mover);
         if (!is_held(mover)) shifted.mobility = 1 / mass_of(mover);
     }
+    for (Fragment& fragment : fragments_) fragment.outside_until = 0;
     max_correction_ = 0;
     for (const ContactRow& row : rows_)
         if (row.lower >= 0 || row.proxy >= 0)
@@ -148,7 +171,7 @@ void RigidContacts::correct_positions(const Task& task, Overlaps overlaps) {
         if (max_correction_ > listed) list_corrections(overlaps);
         listed = max_correction_;
         any = false;
-        for (const Correction& correction : corrections_) any = correct_position(task, correction) || any;
+        for (Correction& correction : corrections_) any = correct_position(task, correction) || any;
         for (Fragment& fragment : fragments_)
             if (fragment.pushed && !fragment.held) any = push_out_of_obstacles(task, fragment) || any;
         any = lift_from_supports() || any;
@@ -207,6 +230,7 @@ void RigidContacts::meet_obstacles(const Task& task, std::uint32_t fragment_inde
     const meshless::RigidPieces& rigid = phyxels_[fragment.body]->rigid;
     const double near = tuning::fragments::support_share * task.bodies[fragment.body].spacing;
     for (const meshless::Obstacle& obstacle : task.obstacles) {
+        if (clearance(obstacle, fragment) > near) continue;
         const Isometry to_own = obstacle.after.inverse();
         for (const Vec3& own : rigid.points_of(piece)) {
             const Vec3 point = to_own * piece.world_point(own);
@@ -285,6 +309,21 @@ void RigidContacts::push_fragments() {
     }
 }
 
+// Sorts the rows along gravity because the sweeps alternate in direction: a heap is supported from below.
+void RigidContacts::sort_rows(const Task& task) {
+    std::vector<std::pair<double, std::size_t>> order;  // height, index
+    order.reserve(rows_.size());
+    for (std::size_t k = 0; k < rows_.size(); ++k) {
+        ContactRow& row = rows_[k];
+        row.point = piece_of(fragments_[row.upper]).world_point(row.own);
+        order.emplace_back(-task.gravity.dot(row.point), k);
+    }
+    std::sort(order.begin(), order.end());
+    spare_rows_.clear();
+    for (const auto& [height, k] : order) spare_rows_.push_back(rows_[k]);
+    rows_.swap(spare_rows_);
+}
+
 RigidContacts::Outcome RigidContacts::push(const Task& task) {
     Outcome outcome;
     if (rows_.empty()) return outcome;
@@ -312,11 +351,7 @@ RigidContacts::Outcome RigidContacts::push(const Task& task) {
     });
     for (std::uint32_t k = 0; k < fragments_.size(); ++k)
         if (fragments_[k].pushed) meet_obstacles(task, k);
-    // Sorted along gravity because the sweeps alternate in direction: a heap is supported from below.
-    for (ContactRow& row : rows_) row.point = piece_of(fragments_[row.upper]).world_point(row.own);
-    std::stable_sort(rows_.begin(), rows_.end(), [&](const ContactRow& a, const ContactRow& b) {
-        return task.gravity.dot(a.point) > task.gravity.dot(b.point);
-    });
+    sort_rows(task);
     impulses_.reset(list_movers());
     for (const ContactRow& row : rows_) add_impulse(row);
     impulses_.solve(static_cast<std::uint32_t>(fragments_.size()), mover_count());

@@ -46,14 +46,23 @@ class RigidImpulses {
     std::size_t active() const;
 
   private:
-    /// A row is what the normal impulse of a contact takes. Most contacts have none and need nothing else.
-    struct Row {
+    /// Tells when a contact without impulse must be solved again. Most contacts have none.
+    struct Watch {
         std::uint32_t upper = 0, lower = 0;
+        double until = 0;  // m/s, sum of the changes of both movers below which it has none
+    };
+    /// Bounds of how much a unit impulse changes the velocity at any contact of each mover, 1/kg.
+    struct Gain {
+        double upper = 0, lower = 0;
+    };
+    /// A row is what the normal impulse of a contact takes.
+    struct Row {
         Vec3 normal = Vec3::UnitZ();
         Vec3 torque = Vec3::Zero(), lower_torque = Vec3::Zero();  // m, of a unit impulse on each side
-        double min_velocity = 0;  // m/s, minimum normal velocity of the movers after the impulses
-        double mass = 0;          // kg, effective
-        double impulse = 0;       // N s
+        double min_velocity = 0;   // m/s, minimum normal velocity of the movers after the impulses
+        double mass = 0;           // kg, effective
+        double impulse = 0;        // N s
+        std::int32_t active = -1;  // index of its active row; -1: it never had an impulse
     };
     /// An active row is what a contact needs in addition once it has an impulse.
     struct ActiveRow {
@@ -62,16 +71,24 @@ class RigidImpulses {
         Vec3 velocity = Vec3::Zero();  // m/s, of the lower side beyond the motion of its mover
         double friction = 0;           // Coulomb coefficient
         double tangential_mass = 0;    // kg
-        Vec3 impulse = Vec3::Zero();   // N s, friction
+        Gain gain, friction_gain;
+        Vec3 impulse = Vec3::Zero();  // N s, friction
     };
 
+    Mat3 mobility_of(const Contact& contact) const;
     double solve(std::size_t k);
-    double apply_friction(const Row& row, ActiveRow& active);
+    ActiveRow& activate(std::size_t k);
+    double apply_friction(const Watch& watch, const Row& row, ActiveRow& active);
+    void add_change(const Watch& watch, double impulse, const Gain& gain);
 
     std::vector<Mover> movers_;
+    std::vector<double> reach_;    // m, per mover: longest arm of its contacts
+    std::vector<double> changes_;  // m/s, per mover: at most how much the velocity at any of them changed
+    std::vector<Watch> watches_;   // per row
     std::vector<Row> rows_;
-    std::vector<ActiveRow> active_rows_;  // per row
-    double fastest_ = 0;                  // m/s, largest relative velocity before the impulses
+    std::vector<ActiveRow> active_rows_;
+    std::vector<Contact> contacts_;  // per row
+    double fastest_ = 0;             // m/s, largest relative velocity before the impulses
 };
 
 }  // namespace splitcubes::body

@@ -222,6 +222,15 @@ inline constexpr double stagnation_share = 0.3;
 inline constexpr double stagnation_ratio = 0.8;
 /// Iterations between checks for stagnation, 2 to 50.
 inline constexpr int stagnation_check_interval = 10;
+/// Share of the velocity that is missing to a hit, 0.9 to 1 - 1e-9, by which it may change before the contact
+/// is solved again. Smaller solves more of them, larger may skip one by rounding.
+inline constexpr double unchanged_share = 1 - 1e-6;
+/// Bound of the change of a signed distance over the way, 1.74 to 3: sampled shapes reach sqrt(3). Larger
+/// tests more fragments against colliders, smaller misses some.
+inline constexpr double max_distance_slope = 2;
+/// Share of the extent of all balls, 2e-7 to 1e-4, that their radii grow by in single precision. Larger lists
+/// more of them in vain, smaller misses some.
+inline constexpr double ball_rounding = 1e-6;
 
 }  // namespace fragments
 
