@@ -125,7 +125,8 @@ TEST(Ground, ResolvesInitialPenetrationGently) {
     Specimen body = above_ground(-0.04, 0.5, 2.5e5, parallel);
     double top = 0;
     for (int k = 0; k < 240; ++k) top = std::max(top, body.step(parallel).top_speed);
-    EXPECT_GT(lowest(body), 0.5 * spacing - 1e-3);
+    // A fortieth of a spacing is kept, since lifting takes energy.
+    EXPECT_GT(lowest(body), 0.5 * spacing - spacing / 40 - 1e-3);
     EXPECT_LT(top, 1.5);
 }
 

@@ -64,6 +64,39 @@ TEST(PieceVolumes, ArePositiveWhereRandomSheetsMeet) {
     RecordProperty("lowest_in_cells", std::to_string(lowest));
 }
 
+// Returns how far a point is outside a box around the origin, m; in the frame of the box.
+double outside_box(const Vec3& point, const Vec3& size) {
+    return (point.cwiseAbs() - 0.5 * size).cwiseMax(0).norm();
+}
+
+TEST(PieceVolumes, CutsStayWithinTheSolid) {
+    const Parallel parallel(2);
+    Random random(73);
+    double farthest = 0;
+    for (int trial = 0; trial < 40; ++trial) {
+        const Vec3 size(1, random.uniform(0.3, 1), random.uniform(0.1, 0.8));
+        const Quat rotation = random_rotation(random);
+        const TriangleMesh body = turned(geometry::make_box(size), rotation);
+        SolidifyReport report;
+        const double h = geometry::cell_size_for(body.bounds(), 16);
+        NodeGrid grid = solidify(body, geometry::grid_around(body.bounds(), h), report, parallel);
+        Surface surface(grid);
+        for (int k = 0; k < 30; ++k)
+            surface.retessellate(grid,
+                                 cut_with_sheet(grid, sheet_through(random, random_vector(random, 0.3)), k));
+        for (const SurfaceCell& cell : surface.cells())
+            for (const SurfaceQuad& quad : surface.quads(cell))
+                for (const std::uint32_t vertex : quad.vertices) {
+                    const double out =
+                        outside_box(rotation.conjugate() * surface.vertices()[vertex].rest, size) / h;
+                    farthest = std::max(farthest, out);
+                }
+    }
+    RecordProperty("farthest_in_cells", std::to_string(farthest));
+    // Where its edge passes between the crossings around a cell, the solid is not known better.
+    EXPECT_LT(farthest, 0.5);
+}
+
 TEST(PieceVolumes, ArePositiveForAnyCrossings) {
     Random random(72);
     for (int trial = 0; trial < 3000; ++trial) {

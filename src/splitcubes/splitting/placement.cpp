@@ -238,7 +238,11 @@ FacePlacement place_face_vertex(unsigned ring_mask, const std::array<FaceCrossin
 
 Vec3 place_between_centres(int face_axis, double face_level, const Vec3& low, const Vec3& high) {
     const double below = face_level - low[face_axis], above = high[face_axis] - face_level;
-    const double share = below > 0 && above > 0 ? std::clamp(below / (below + above), 0.25, 0.75) : 0.5;
+    // A centre may lie in the face, to rounding.
+    const double rounding = 1e-9 * (std::abs(below) + std::abs(above));
+    const double share = below > -rounding && above > -rounding && below + above > 0
+                             ? std::clamp(below / (below + above), 0.25, 0.75)
+                             : 0.5;
     return low + share * (high - low);
 }
 

@@ -280,6 +280,20 @@ void Surface::update_face(const NodeGrid& grid, int face, const CellContext& con
     const FacePlacement placement = place_face_vertex(mask, crossings);
     record.position = placement.point;
     record.smooth = placement.smooth;
+    if (!placement.smooth) {
+        bool is_cut = false, is_rim = false;
+        Vec2 mean = Vec2::Zero();
+        for (std::size_t k = 0; k < 4; ++k) {
+            if (!raw[k]) continue;
+            (raw[k]->cut >= 0 ? is_cut : is_rim) = true;
+            mean += crossings[k].point / std::popcount(mask);
+        }
+        const Vec3 point = face_point(axis, 0, record.position), inner = face_point(axis, 0, mean);
+        const Vec3 kept = is_cut ? within_boundary(grid, face_node(cell.lowest_node, face),
+                                                   -Vec3i::Unit(axis), Vec3i::Ones(), point, inner, is_rim)
+                                 : point;
+        record.position = Vec2(kept[u], kept[v]);
+    }
     if (is_known)
         move_face(grid, {face_node(cell.lowest_node, face), axis}, record);
     else
@@ -414,7 +428,12 @@ Vec3 Surface::place_group(const NodeGrid& grid, unsigned group, const CellContex
                 faces_[static_cast<std::size_t>(cells_[context.cell].face[static_cast<std::size_t>(f)])]
                     .position);
     mean /= std::popcount(faces);
-    return place_centre({crossings.data(), count}, configuration.group_oriented[group], mean);
+    const std::span<const CellCrossing> all(crossings.data(), count);
+    const Vec3 centre = place_centre(all, configuration.group_oriented[group], mean);
+    const auto is_of_cut = [](const CellCrossing& c) { return c.cut >= 0; };
+    if (std::none_of(all.begin(), all.end(), is_of_cut)) return centre;
+    return within_boundary(grid, cells_[context.cell].lowest_node, Vec3i::Zero(), Vec3i::Ones(), centre, mean,
+                           !std::all_of(all.begin(), all.end(), is_of_cut));
 }
 
 // Keeps the centre vertex of each fan whose first quad still gives it the same name; releases the others and

@@ -142,6 +142,8 @@ class Surface {
     unsigned faces_that_place(const CellContext& context, unsigned faces,
                               std::span<const CellCrossing> crossings) const;
     Vec3 place_group(const NodeGrid& grid, unsigned group, const CellContext& context) const;
+    static Vec3 within_boundary(const NodeGrid& grid, const Vec3i& origin, Vec3i low, Vec3i high,
+                                const Vec3& point, const Vec3& inner, bool is_rim);
     void update_fans(const NodeGrid& grid, const CellContext& context);
     void update_quads(const NodeGrid& grid, const CellContext& context);
     std::uint32_t edge_vertex(const NodeGrid& grid, std::int32_t slot, int corner, int end,

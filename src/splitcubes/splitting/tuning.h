@@ -31,6 +31,12 @@ inline constexpr double meeting_widening = 0.5;
 /// distance. A corner of a tilted cube was found up to 0.8 of a cell outside the nearest cell that meets all
 /// three planes.
 inline constexpr double corner_widening = 1.0;
+/// Cells, 0.005 to 0.1, by which vertices of cuts may lie beyond tangent planes of the boundary. Larger lets
+/// them stick out of it; smaller rounds creases off where it is curved.
+inline constexpr double boundary_tolerance = 0.02;
+/// The same, 0.05 to 0.5, where cuts meet the boundary: a rim that follows a cut over a curved boundary
+/// leaves the tangent planes.
+inline constexpr double rim_tolerance = 0.15;
 /// Component of a normal along its edge, 0 to 0.2, below which a crossing is grazing and its sign along the
 /// edge means nothing. Larger pairs fewer crossings by orientation; smaller trusts rounding.
 inline constexpr double grazing_cosine = 0.05;

@@ -36,6 +36,9 @@ struct Contact {
     Vec3 turn_displacement = Vec3::Zero();
     double friction = 0;           // Coulomb coefficient, >= 0
     double max_depenetration = 0;  // m, maximum initial overlap removed in a step, > 0
+
+    /// Returns how much of an overlap (m) that is no compression a step undoes.
+    double depenetration(double overlap) const;
 };
 
 /// Spring that pulls a phyxel towards a target. The summed force of one handle's springs is capped at the

@@ -146,9 +146,7 @@ ContactForces::ContactRow ContactForces::make_row(std::uint32_t index, const Cac
         const double limit = contact.friction * row.normal * overlap;
         if (stretch > limit) row.tangent *= limit / stretch;
     }
-    if (row.normal_force > 0)
-        row.depenetration = std::min(tuning::contact::depenetration_share * contact.max_depenetration,
-                                     row.drift - row.rest_gap);
+    if (row.normal_force > 0) row.depenetration = contact.depenetration(row.drift - row.rest_gap);
     sums.depenetration += row.depenetration;
     if (cached && !contact.lower.is_collider()) {
         const double held = spring_energy(row, contact.gap, row.tangential_displacement);
@@ -158,6 +156,12 @@ ContactForces::ContactRow ContactForces::make_row(std::uint32_t index, const Cac
             spring_energy(row, contact.gap - row.depenetration, row.tangential_displacement) - held;
     }
     return row;
+}
+
+// To lift a body out of a collider takes energy that nothing puts in, so what hardly shows is kept.
+double Contact::depenetration(double overlap) const {
+    const double kept = lower.is_collider() ? tuning::contact::kept_overlap * max_depenetration : 0;
+    return std::clamp(overlap - kept, 0.0, tuning::contact::depenetration_share * max_depenetration);
 }
 
 // Returns the energy of a spring at a gap, J.

@@ -127,8 +127,7 @@ void ContactImpulses::continue_row(ImpulseRow& row, const CachedContact& cached)
     row.drift = rest.drift;
     // Stiffening a loaded spring would create energy.
     if (cached.stiffness > 0) row.stiffness = std::min(row.stiffness, cached.stiffness);
-    row.lift =
-        std::min(tuning::contact::depenetration_share * contact.max_depenetration, row.drift - row.rest_gap);
+    row.lift = contact.depenetration(row.drift - row.rest_gap);
     // The impulses of the last step are the first guess.
     const double force = std::max(0.0, contact.normal.dot(cached.force));
     row.push = dt_ * force;

@@ -64,6 +64,9 @@ inline constexpr double remaining_share = 0.5;
 /// In depenetrations, 0 to 1: maximum overlap that a loaded spring removes in a step. Larger removes overlaps
 /// sooner and adds more energy.
 inline constexpr double depenetration_share = 0.25;
+/// In depenetrations, 0 to 2: overlap with a collider that is not undone. Larger shows, smaller lifts bodies,
+/// which adds energy.
+inline constexpr double kept_overlap = 1.25;
 /// Stretch of the friction spring in the guess, as a multiple of the friction limit, above 1, from which a
 /// contact starts out as sliding. Larger starts more sliders as sticking, smaller more sticking contacts as
 /// sliding; both cost solves.
