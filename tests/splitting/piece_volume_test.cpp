@@ -11,6 +11,7 @@
 
 #include <algorithm>
 #include <string>
+#include <utility>
 
 namespace splitcubes::splitting {
 namespace {
@@ -40,6 +41,23 @@ TriangleMesh sheet_through(Random& random, const Vec3& centre) {
     }
 }
 
+struct CutBody {
+    NodeGrid grid;
+    Surface surface;
+};
+
+// Cuts a body of 16 cells with 30 random sheets.
+CutBody cut_body(Random& random, const TriangleMesh& body, const Parallel& parallel) {
+    SolidifyReport report;
+    const double h = geometry::cell_size_for(body.bounds(), 16);
+    NodeGrid grid = solidify(body, geometry::grid_around(body.bounds(), h), report, parallel);
+    Surface surface(grid);
+    for (int k = 0; k < 30; ++k)
+        surface.retessellate(grid,
+                             cut_with_sheet(grid, sheet_through(random, random_vector(random, 0.3)), k));
+    return {std::move(grid), std::move(surface)};
+}
+
 TEST(PieceVolumes, ArePositiveWhereRandomSheetsMeet) {
     const Parallel parallel(2);
     Random random(71);
@@ -49,13 +67,7 @@ TEST(PieceVolumes, ArePositiveWhereRandomSheetsMeet) {
         const TriangleMesh body =
             turned(geometry::make_box({1, random.uniform(0.3, 1), random.uniform(0.1, 0.8)}),
                    random_rotation(random));
-        SolidifyReport report;
-        const double h = geometry::cell_size_for(body.bounds(), 16);
-        NodeGrid grid = solidify(body, geometry::grid_around(body.bounds(), h), report, parallel);
-        Surface surface(grid);
-        for (int k = 0; k < 30; ++k)
-            surface.retessellate(grid,
-                                 cut_with_sheet(grid, sheet_through(random, random_vector(random, 0.3)), k));
+        const auto [grid, surface] = cut_body(random, body, parallel);
         for (const double volume : volumes_of(grid, surface)) {
             EXPECT_GT(volume, 0);
             lowest = std::min(lowest, volume);
@@ -77,23 +89,18 @@ TEST(PieceVolumes, CutsStayWithinTheSolid) {
         const Vec3 size(1, random.uniform(0.3, 1), random.uniform(0.1, 0.8));
         const Quat rotation = random_rotation(random);
         const TriangleMesh body = turned(geometry::make_box(size), rotation);
-        SolidifyReport report;
-        const double h = geometry::cell_size_for(body.bounds(), 16);
-        NodeGrid grid = solidify(body, geometry::grid_around(body.bounds(), h), report, parallel);
-        Surface surface(grid);
-        for (int k = 0; k < 30; ++k)
-            surface.retessellate(grid,
-                                 cut_with_sheet(grid, sheet_through(random, random_vector(random, 0.3)), k));
+        const auto [grid, surface] = cut_body(random, body, parallel);
         for (const SurfaceCell& cell : surface.cells())
             for (const SurfaceQuad& quad : surface.quads(cell))
                 for (const std::uint32_t vertex : quad.vertices) {
                     const double out =
-                        outside_box(rotation.conjugate() * surface.vertices()[vertex].rest, size) / h;
+                        outside_box(rotation.conjugate() * surface.vertices()[vertex].rest, size) /
+                        grid.rest().cell_size;
                     farthest = std::max(farthest, out);
                 }
     }
     RecordProperty("farthest_in_cells", std::to_string(farthest));
-    // Where its edge passes between the crossings around a cell, the solid is not known better.
+    // The grid does not know an edge of the solid that passes between the crossings around a cell.
     EXPECT_LT(farthest, 0.5);
 }
 

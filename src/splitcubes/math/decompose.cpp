@@ -93,16 +93,37 @@ bool has_eigenvalues_below(const Mat3& matrix, double limit) {
     return first > 0 && second > 0 && third > 0;
 }
 
+namespace {
+
+// What the roots of the characteristic cubic depend on (Smith 1961): the largest is mean + 2 spread
+// cos(acos(share) / 3).
+struct CharacteristicCubic {
+    double mean;
+    Mat3 off;  // the matrix without its mean
+    double spread;
+    double share;  // -1 to 1
+};
+
+CharacteristicCubic characteristic_cubic(const Mat3& matrix) {
+    CharacteristicCubic out;
+    out.mean = matrix.trace() / 3;
+    out.off = matrix - out.mean * Mat3::Identity();
+    out.spread = std::sqrt(out.off.squaredNorm() / 6);
+    const double cubed = out.spread * out.spread * out.spread;
+    const double share = cubed > 0 ? 0.5 * out.off.determinant() / cubed : 1;
+    out.share = share < 1 ? std::max(share, -1.0) : 1;
+    return out;
+}
+
+}  // namespace
+
 // Takes out the eigenvalue that is farther from the middle one, of which the root of the characteristic cubic
 // (Smith 1961) and the eigenvector are accurate; the plane of the others is left.
 Mat3 positive_part(const Mat3& matrix) {
     if (has_eigenvalues_below(matrix, 0)) return Mat3::Zero();
     if (has_eigenvalues_below(-matrix, 0)) return matrix;
-    const double mean = matrix.trace() / 3;
-    const Mat3 off = matrix - mean * Mat3::Identity();
-    const double spread = std::sqrt(off.squaredNorm() / 6), cubed = spread * spread * spread;
-    if (!(cubed > 0)) return std::max(mean, 0.0) * Mat3::Identity();
-    const double share = std::clamp(0.5 * off.determinant() / cubed, -1.0, 1.0);
+    const auto [mean, off, spread, share] = characteristic_cubic(matrix);
+    if (!(spread * spread * spread > 0)) return std::max(mean, 0.0) * Mat3::Identity();
     const double root = std::copysign(2 * spread * std::cos(std::acos(std::abs(share)) / 3), share);
     const Mat3 shifted = off - root * Mat3::Identity();
     Vec3 axis = Vec3::Zero();
@@ -129,13 +150,8 @@ double largest_eigenvalue_bound(const Mat3& matrix) {
     // Far above the error of the cosines, which is the square root of machine precision if two eigenvalues
     // are equal.
     constexpr double slack = 1e-7;
-    const double mean = matrix.trace() / 3, size = matrix.norm();
-    const Mat3 off = matrix - mean * Mat3::Identity();
-    const double spread = std::sqrt(off.squaredNorm() / 6);
-    const double cubed = spread * spread * spread;
-    double share = cubed > 0 ? 0.5 * off.determinant() / cubed : 1;
-    share = share < 1 ? std::max(share, -1.0) : 1;
-    return mean + 2 * spread * std::cos(std::acos(share) / 3) + slack * size;
+    const CharacteristicCubic cubic = characteristic_cubic(matrix);
+    return cubic.mean + 2 * cubic.spread * std::cos(std::acos(cubic.share) / 3) + slack * matrix.norm();
 }
 
 Mat3 rotation_of(const Mat3& F, const Mat3& last) {

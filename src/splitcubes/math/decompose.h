@@ -19,8 +19,7 @@ SymmetricEigen eigen_symmetric(const Mat3& matrix);
 /// below the limit, or above it by no more than rounding (1e-14 of the matrix and the limit). Costs a tenth
 /// of eigen_symmetric. The input must be symmetric; returns false if an entry is NaN.
 bool has_eigenvalues_below(const Mat3& matrix, double limit);
-/// Returns the symmetric matrix with its negative eigenvalues set to zero, to 1e-14 of its norm. Costs a
-/// quarter of eigen_symmetric at most.
+/// Returns the symmetric matrix with its negative eigenvalues set to zero, to 1e-14 of its norm.
 Mat3 positive_part(const Mat3& matrix);
 /// Returns an upper bound of the largest eigenvalue of a symmetric matrix, above it by at most 2e-7 of the
 /// norm: the root of the characteristic cubic by cosines (Smith 1961).
