@@ -275,7 +275,12 @@ bool EnergyGuard::evaluate(const Phyxels& phyxels, const Neighbourhoods& neighbo
     }
     if (!any_excess_) return false;
     find_rigid_motions(phyxels, parallel);
-    return find_excess_strain(phyxels, neighbourhoods, material, parallel);
+    const bool is_strained = find_excess_strain(phyxels, neighbourhoods, material, parallel);
+    const double repeat_share = tolerance.repeat_share;
+    return is_strained || std::any_of(balance_.begin(), balance_.end(), [&](const Balance& balance) {
+               return balance.has_excess &&
+                      balance.energy - balance.limit > repeat_share * std::abs(balance.budget);
+           });
 }
 
 // Finds pieces whose elastic energy exceeds both what the budget allows and that of the start positions with

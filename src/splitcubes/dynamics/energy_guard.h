@@ -34,9 +34,9 @@ namespace splitcubes::meshless {
 /// reserve is zero.
 ///
 /// Corrections; the first that suffices applies:
-/// 1. Velocities relative to the rigid motion of the piece are scaled. Linear and angular momentum stay. This
-///    is all that is done if the elastic energy alone is within the budget, or nearly.
-/// 2. Otherwise the step is repeated with finer substeps (TimeIntegrator).
+/// 1. The step is repeated with finer substeps (TimeIntegrator), unless the excess is small.
+/// 2. If the elastic energy alone is within the budget, or nearly, velocities relative to the rigid motion of
+///    the piece are scaled. Linear and angular momentum stay.
 /// 3. Otherwise the rigid motion of the piece stays, its deformation in the step is halved until the elastic
 ///    energy is at most that before the step or what the budget allows, or the least that is found, and its
 ///    non-rigid motion is stopped.
@@ -61,8 +61,9 @@ class EnergyGuard {
     void count_contacts(const Phyxels& phyxels, const StepInput& input, const ContactInput& contacts,
                         std::uint32_t part, std::span<const double> contact_work);
     /// Compares the energy after the step with the budget. hold_work: J per piece, work of moving holds;
-    /// empty: estimated from the forces before and after the step. Returns whether the elastic energy of some
-    /// piece exceeds its budget.
+    /// empty: estimated from the forces before and after the step. Returns whether the step should be
+    /// repeated with finer substeps: the elastic energy of some piece exceeds its budget, or the whole energy
+    /// does by more than a share.
     bool evaluate(const Phyxels& phyxels, const Neighbourhoods& neighbourhoods, const Material& material,
                   const StepInput& input, const tuning::energy::Tolerance& tolerance,
                   std::span<const double> hold_work, const Parallel& parallel);

@@ -6,6 +6,7 @@
 
 #include <array>
 #include <cstddef>
+#include <limits>
 
 namespace splitcubes::meshless::tuning {
 
@@ -206,15 +207,17 @@ struct Tolerance {
     double elastic_share;       // of the elastic energy, above the budget
     double reserve_kept;        // share of the unspent budget that the next step has, of pieces that touch
     double apart_reserve_kept;  // of pieces that touch nothing
+    double repeat_share;        // of the budget, excess from which the step is repeated
 };
 /// Implicit steps. A larger elastic_share (0 to 0.1) lets energy in; a smaller one repeats steps. Contacts do
 /// their work at other times than the forces that are known of them, so pieces that touch have a reserve.
-/// Others have none: the schemes damp, and what they lost would come back as an error.
-inline constexpr Tolerance implicit_tolerance{0.02, 0.9, 0};
+/// Others have none: the schemes damp, and what they lost would come back as an error. A larger repeat_share
+/// (0.001 to 0.1) leaves excesses to the guard, which damps; a smaller one costs substeps.
+inline constexpr Tolerance implicit_tolerance{0.02, 0.9, 0, 0.01};
 /// Explicit steps: the energy of a mode near the stability limit of leapfrog oscillates by the elastic share.
 /// A larger reserve (0 to 1) lets oscillating errors pass longer; a smaller one damps pieces whose error
-/// would reverse by itself.
-inline constexpr Tolerance explicit_tolerance{0.25, 0.9, 0.9};
+/// would reverse by itself. Steps are repeated for excess strain only.
+inline constexpr Tolerance explicit_tolerance{0.25, 0.9, 0.9, std::numeric_limits<double>::infinity()};
 /// Numbers of substeps that are tried in turn when an implicit step exceeds its budget, ascending. More and
 /// larger ones cost time; fewer leave the excess to the guard, which damps.
 inline constexpr std::array<int, 3> implicit_divisions = {1, 2, 4};

@@ -144,7 +144,7 @@ StepReport World::step() {
         views = views_of(bodies_);  // with what constraints hold in this step
         // Fragments take energy that no hit of elastic pieces lost.
         if (settings_.contact.restitution && has_fragments(views)) restitution_->measure(hit_task(views));
-        const RigidContacts::Outcome pushed = rigid_contacts_->push(rigid());
+        const RigidContacts::Outcome pushed = rigid_contacts_->push(rigid(), *parallel_);
         report.totals.kinetic_energy += pushed.kinetic_energy;
         report.totals.momentum += pushed.momentum;
         report.totals.angular_momentum += pushed.angular_momentum;

@@ -5,7 +5,6 @@
 #include <splitcubes/samples/phyxels.h>
 #include <splitcubes/splitting/pieces.h>
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -16,6 +15,11 @@ namespace splitcubes::body {
 namespace {
 
 using meshless::RigidPiece;
+
+Vec3 in_grid(const Vec3& centre) {
+    constexpr double limit = tuning::fragments::max_grid_coordinate;
+    return centre.cwiseMax(-limit).cwiseMin(limit);
+}
 
 }  // namespace
 
@@ -41,6 +45,8 @@ void RigidContacts::list_fragments(const Task& task) {
             Fragment fragment;
             fragment.body = b;
             fragment.index = k;
+            fragment.start_centre = piece.centre;
+            fragment.start_rotation = piece.rotation;
             for (const Vec3& point : rigid.points_of(piece)) {
                 fragment.radius = std::max(fragment.radius, point.norm());
                 fragment.low = fragment.low.cwiseMin(point);
@@ -85,21 +91,16 @@ double RigidContacts::max_displacement_of(std::uint32_t body, std::int32_t piece
     return at < max_displacements_[body].size() ? max_displacements_[body][at] : max_surface_displacement_;
 }
 
-// Puts a ball around each fragment in the grid, with all that it may meet at this distance (m) in the step.
-void RigidContacts::list_balls(double reach) {
-    constexpr double limit = tuning::fragments::max_grid_coordinate;
-    balls_.clear();
-    for (const Fragment& fragment : fragments_)
-        balls_.push_back({piece_of(fragment).centre.cwiseMax(-limit).cwiseMin(limit),
-                          fragment.radius + fragment.max_displacement + reach});
-    grid_.build(balls_);
-}
-
 // Lists the surface samples near each fragment.
 void RigidContacts::list_samples(const ContactFinder& finder, const Parallel& parallel) {
     constexpr std::size_t grain = 512;
     const std::span<const Vec3> positions = finder.sample_positions();
-    list_balls(tuning::fragments::reach_share * spacing_ + max_surface_displacement_);
+    const double reach = tuning::fragments::reach_share * spacing_ + max_surface_displacement_;
+    balls_.clear();
+    for (const Fragment& fragment : fragments_)
+        balls_.push_back(
+            {in_grid(fragment.start_centre), fragment.radius + fragment.max_displacement + reach});
+    grid_.build(balls_);
     near_.resize(std::max(near_.size(), (positions.size() + grain - 1) / grain));
     for (std::vector<Near>& near : near_) near.clear();
     const auto list = [&](std::size_t begin, std::size_t end) {
@@ -132,21 +133,12 @@ void RigidContacts::find(const Task& task, const ContactFinder& finder,
     if (fragments_.empty()) return;
     measure_surfaces(task);
     if (!finder.sample_positions().empty()) list_samples(finder, parallel);
-    list_balls(0);
     parallel.for_chunks(fragments_.size(), grain, [&](std::size_t begin, std::size_t end) {
-        std::vector<std::uint32_t> others;
         Planes planes;
-        for (auto k = static_cast<std::uint32_t>(begin); k < end; ++k) {
-            meet_surface(task, finder, k, planes);
-            grid_.meeting_after(k, others);
-            for (const std::uint32_t other : others) meet_fragment(task, k, other, fragments_[k].rows);
-        }
+        for (auto k = static_cast<std::uint32_t>(begin); k < end; ++k) meet_surface(task, finder, k, planes);
     });
     for (Fragment& fragment : fragments_)
-        for (ContactRow& row : fragment.rows) {
-            if (row.lower < 0) row.proxy = proxy_of(row.side.part, row.proxy);
-            rows_.push_back(row);
-        }
+        for (ContactRow& row : fragment.rows) row.proxy = proxy_of(row.side.part, row.proxy);
     list_supports(islands);
     measure_proxies(task);
     for (std::uint32_t k = 0; k < proxies_.size(); ++k)
@@ -233,93 +225,6 @@ void RigidContacts::set_lower_side(const BodyView& body, const ContactFinder::Su
         lower += row.side.weight[k] * body.phyxels.position[row.side.phyxel[k]];
     row.lower_own = point - lower;
     if (!row.lower_own.allFinite()) row.side.count = 0;
-}
-
-// Returns a lower bound of the gap (m) that face_between finds: that of the upper fragment's box.
-double RigidContacts::box_gap(const Fragment& upper, const Fragment& lower) const {
-    const RigidPiece& moving = piece_of(upper);
-    const RigidPiece& box = piece_of(lower);
-    const Mat3 rotation = box.rotation.transpose() * moving.rotation;
-    const Vec3 middle = box.rotation.transpose() * (moving.centre - box.centre) +
-                        0.5 * (rotation * (upper.low + upper.high)) - 0.5 * (lower.low + lower.high);
-    const Vec3 half = 0.5 * (rotation.cwiseAbs() * (upper.high - upper.low) + (lower.high - lower.low));
-    return (middle.cwiseAbs() - half).maxCoeff();
-}
-
-// Returns the face of the lower fragment's box with the largest separation (or smallest penetration) from the
-// upper one's points.
-RigidContacts::BoxFace RigidContacts::face_between(const Fragment& upper, const Fragment& lower) const {
-    const RigidPiece& moving = piece_of(upper);
-    const RigidPiece& box = piece_of(lower);
-    Vec3 low = Vec3::Constant(std::numeric_limits<double>::infinity()), high = -low;
-    for (const Vec3& own : phyxels_[upper.body]->rigid.points_of(moving)) {
-        const Vec3 point = box.rotation.transpose() * (moving.world_point(own) - box.centre);
-        low = low.cwiseMin(point);
-        high = high.cwiseMax(point);
-    }
-    BoxFace best;
-    for (int axis = 0; axis < 3; ++axis)
-        for (const int sign : {-1, 1}) {
-            const double gap = sign > 0 ? low[axis] - lower.high[axis] : lower.low[axis] - high[axis];
-            if (gap > best.gap) best = {axis, sign, gap};
-        }
-    return best;
-}
-
-// Finds the contacts of one fragment's points with the face of the other one's box that separates the two
-// best.
-void RigidContacts::meet_fragment(const Task& task, std::uint32_t first, std::uint32_t second,
-                                  std::vector<ContactRow>& rows) const {
-    const Fragment& a = fragments_[first];
-    const Fragment& b = fragments_[second];
-    const double displacements = a.max_displacement + b.max_displacement,
-                 far = a.radius + b.radius + displacements;
-    if ((piece_of(a).centre - piece_of(b).centre).squaredNorm() > far * far) return;
-    const double spacing = std::min(task.bodies[a.body].spacing, task.bodies[b.body].spacing);
-    const double near = tuning::fragments::speculative_share * spacing + displacements;
-    const double surely = near + tuning::fragments::negligible_share * spacing;
-    if (box_gap(a, b) > surely || box_gap(b, a) > surely) return;
-    const BoxFace of_second = face_between(a, b);
-    if (of_second.gap > near) return;
-    const BoxFace of_first = face_between(b, a);
-    const bool takes_second = of_second.gap >= of_first.gap;
-    const BoxFace face = takes_second ? of_second : of_first;
-    if (face.gap > near) return;
-    const std::uint32_t upper = takes_second ? first : second, lower = takes_second ? second : first;
-    const RigidPiece& moving = piece_of(fragments_[upper]);
-    const RigidPiece& box = piece_of(fragments_[lower]);
-    const Vec3 normal = face.sign * Vec3::Unit(face.axis);
-    const Vec3 low = fragments_[lower].low - Vec3::Constant(tuning::fragments::speculative_share * spacing);
-    const Vec3 high = fragments_[lower].high + Vec3::Constant(tuning::fragments::speculative_share * spacing);
-    const std::size_t before = rows.size();
-    // If no point lies in front of the face itself, all count: edges cross.
-    for (const bool strict : {true, false}) {
-        if (rows.size() > before) break;
-        for (const Vec3& own : phyxels_[fragments_[upper].body]->rigid.points_of(moving)) {
-            const Vec3 point = moving.world_point(own);
-            const Vec3 in_box = box.rotation.transpose() * (point - box.centre);
-            const double extent =
-                face.sign > 0 ? fragments_[lower].high[face.axis] : -fragments_[lower].low[face.axis];
-            const double distance = normal.dot(in_box) - extent;
-            bool beside = false;
-            for (int axis = 0; axis < 3; ++axis)
-                beside =
-                    beside || (axis != face.axis && (in_box[axis] < low[axis] || in_box[axis] > high[axis]));
-            if (distance > near || (strict && beside)) continue;
-            ContactRow row;
-            row.upper = upper;
-            row.lower = static_cast<std::int32_t>(lower);
-            row.own = own;
-            row.lower_own = in_box - distance * normal;
-            row.normal = box.rotation * normal;
-            row.gap = distance;
-            row.max_depenetration = tuning::fragments::depenetration_share * spacing +
-                                    tuning::fragments::depth_share * std::max(-distance, 0.0);
-            row.friction = task.friction;
-            row.start = point - box.world_point(row.lower_own);
-            if (row.start.allFinite()) rows.push_back(row);
-        }
-    }
 }
 
 std::int32_t RigidContacts::proxy_of(std::uint32_t body, std::int32_t piece) {

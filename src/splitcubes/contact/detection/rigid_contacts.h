@@ -23,9 +23,11 @@ struct RigidPiece;
 
 namespace splitcubes::body {
 
-/// Contacts of rigid pieces with elastic pieces and with each other. They are found at the start of a step
-/// and resolved when everything has moved: penetration that arose in the step is undone by moving positions,
-/// and the remaining approach velocity is removed by inelastic impulses with Coulomb friction.
+/// Contacts of rigid pieces with elastic pieces and with each other, at the positions at the start of a step.
+/// They are resolved when everything has moved: penetration that arose in the step is undone by moving
+/// positions, and the remaining approach velocity is removed by inelastic impulses with Coulomb friction.
+/// Which rigid pieces meet each other is found then, too, as their motion is known: where they fly together,
+/// however fast, few do.
 ///
 /// Towards surfaces a rigid piece is its contact points; towards other rigid pieces it is the box around them
 /// in its own frame. An overlap at the start of the step remains but for a slow depenetration. Elastic pieces
@@ -50,12 +52,14 @@ class RigidContacts {
         Vec3 angular_momentum = Vec3::Zero();  // kg m^2/s, about the origin
         std::size_t contacts = 0;              // number of those with an impulse
     };
-    /// Finds the contacts, before any body steps. finder: the last search of the same bodies in the same
-    /// state; islands: what it found.
+    /// Finds the contacts with surfaces, before any body steps. finder: the last search of the same bodies in
+    /// the same state; islands: what it found.
     void find(const Task& task, const ContactFinder& finder, std::span<const ContactIsland> islands,
               const Parallel& parallel);
     /// Resolves the contacts, after all bodies have stepped and before the node frames are updated.
-    Outcome push(const Task& task);
+    Outcome push(const Task& task, const Parallel& parallel);
+    /// Number of contacts in the last push, before those are dropped that do not touch.
+    std::size_t listed() const { return listed_; }
 
   private:
     /// A surface sample near a fragment.
@@ -95,15 +99,20 @@ class RigidContacts {
     struct Fragment {
         std::uint32_t body = 0, index = 0;  // index into RigidPieces::bodies
         double radius = 0;                  // m, of its contact points about the centre
-        double max_displacement = 0;        // m, maximum displacement of its points in the step
-        Vec3 low = Vec3::Zero();            // m, own frame, bounding box of its points
-        Vec3 high = Vec3::Zero();           // m
-        bool held = false;                  // by a constraint
-        bool pushed = false;                // by anything but a collider
-        std::vector<std::uint32_t> near;    // surface samples, ascending
-        std::vector<ContactRow> rows;       // its contacts with surfaces
-        std::vector<double> depth;          // m, <= 0, per obstacle, before positions are corrected
-        double outside_until = 0;           // m, its way below which it is not deeper in obstacles
+        double max_displacement = 0;        // m, expected maximum of its points in the step
+        Vec3 start_centre = Vec3::Zero();   // m, before the step
+        Mat3 start_rotation = Mat3::Identity();
+        double motion = 0;                // m, maximum of its points in the step, beside that of all
+        Vec3 low = Vec3::Zero();          // m, own frame, bounding box of its points
+        Vec3 high = Vec3::Zero();         // m
+        bool held = false;                // by a constraint
+        bool pushed = false;              // by anything but a collider
+        std::vector<std::uint32_t> near;  // surface samples, ascending
+        std::vector<ContactRow> rows;     // its contacts with surfaces, then with later fragments
+
+        Vec3 start_point(const Vec3& own) const { return start_centre + start_rotation * own; }
+        std::vector<double> depth;  // m, <= 0, per obstacle, before positions are corrected
+        double outside_until = 0;   // m, its way below which it is not deeper in obstacles
     };
     /// Contact of an elastic piece with a collider.
     struct Support {
@@ -176,10 +185,14 @@ class RigidContacts {
                  ContactRow& row) const;
     static void set_lower_side(const BodyView& body, const ContactFinder::SurfaceSample& partner,
                                const Vec3& point, ContactRow& row);
-    double box_gap(const Fragment& upper, const Fragment& lower) const;
+    static double box_gap(const Fragment& upper, const Fragment& lower);
+    void measure_motions();
+    void list_rows(const Task& task, const Parallel& parallel);
     BoxFace face_between(const Fragment& upper, const Fragment& lower) const;
     void meet_fragment(const Task& task, std::uint32_t first, std::uint32_t second,
                        std::vector<ContactRow>& rows) const;
+    void add_face_rows(const Task& task, std::uint32_t upper, std::uint32_t lower, const BoxFace& face,
+                       double near, double end_near, std::vector<ContactRow>& rows) const;
     void meet_obstacles(const Task& task, std::uint32_t fragment_index);
     meshless::RigidPiece& piece_of(const Fragment& fragment) const;
     /// Tells whether corrections reduce overlaps that the step began with.
@@ -243,6 +256,7 @@ class RigidContacts {
     std::vector<double> ways_;      // m, per mover: sum of the position corrections
     std::vector<Correction> corrections_;
     double max_correction_ = 0;  // m, how far corrections may move a mover
+    std::size_t listed_ = 0;
     // Movers: fragments, then elastic pieces (their velocities are changes), and last an immovable one. A
     // contact for each row.
     RigidImpulses impulses_;

@@ -324,9 +324,10 @@ void RigidContacts::sort_rows(const Task& task) {
     rows_.swap(spare_rows_);
 }
 
-RigidContacts::Outcome RigidContacts::push(const Task& task) {
+RigidContacts::Outcome RigidContacts::push(const Task& task, const Parallel& parallel) {
     Outcome outcome;
-    if (rows_.empty()) return outcome;
+    listed_ = 0;
+    if (fragments_.empty()) return outcome;
     dt_ = task.dt;
     positions_.clear();
     velocities_.clear();
@@ -336,11 +337,12 @@ RigidContacts::Outcome RigidContacts::push(const Task& task) {
     }
     for (Fragment& fragment : fragments_)
         fragment.held = task.bodies[fragment.body].holds_rigid(fragment.index);
-    measure_supports();
     measure_proxies(task);
+    list_rows(task, parallel);
+    if (rows_.empty()) return outcome;
+    measure_supports();
     form_groups(task);
     const Outcome before = totals();
-    find_end_positions();
     correct_positions(task, Overlaps::keep);
     pay_debts(1);
     // Keeps nearly touching contacts, too: moving one corner of a fragment lifts all others.

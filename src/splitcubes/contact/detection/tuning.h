@@ -195,6 +195,9 @@ inline constexpr double lifting_share = 0.1;
 /// Limit of the believed displacement of a surface or fragment per step, 0.5 to 10. Bounds the search: larger
 /// costs time, smaller misses fast ones.
 inline constexpr double max_displacement_share = 2;
+/// Gap of two fragments after the step, 0.2 to 2, beyond which corrections of overlaps do not bring them
+/// together. Larger costs time and memory where heaps hit; smaller misses overlaps for a step.
+inline constexpr double max_end_gap_share = 0.5;
 /// Dot product of normals above which samples belong to one face.
 inline constexpr double one_face_cosine = 0.8;
 /// Extra distance over which a face is followed beyond the nearest sample.
