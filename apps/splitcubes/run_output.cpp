@@ -87,7 +87,8 @@ RunOutput::RunOutput(OutputFolder& folder, const scene::SceneDescription& descri
         ",step_ms,phyxels,pairs,cut_edges,new_cut_edges,torn_edges,surface_cells,triangles,pieces,disks,mass,"
         "momentum_x,"
         "momentum_y,momentum_z,angular_momentum_x,angular_momentum_y,angular_momentum_z,kinetic_energy,"
-        "elastic_energy,contact_energy,potential_energy,top_speed,solver_iterations,substeps,contacts,energy_"
+        "elastic_energy,contact_energy,potential_energy,hold_work,handle_work,top_speed,solver_iterations,"
+        "substeps,contacts,energy_"
         "excess_pieces,"
         "retries,"
         "energy_removed,flags";
@@ -120,9 +121,10 @@ void RunOutput::add_metrics(const body::StepReport& r, int frame) {
     for (const Vec3& v : {r.totals.momentum, r.totals.angular_momentum})
         for (int k = 0; k < 3; ++k) row << ',' << v[k];
     row << ',' << r.totals.kinetic_energy << ',' << r.totals.elastic_energy << ',' << r.totals.contact_energy
-        << ',' << r.totals.potential_energy << ',' << r.totals.top_speed << ',' << r.solver.iterations << ','
-        << r.solver.substeps << ',' << r.counts.contacts << ',' << r.solver.energy_excess_pieces << ','
-        << r.solver.retries << ',' << r.solver.energy_removed << ',' << body::flag_text(r.flags);
+        << ',' << r.totals.potential_energy << ',' << r.work.holds << ',' << r.work.handles << ','
+        << r.totals.top_speed << ',' << r.solver.iterations << ',' << r.solver.substeps << ','
+        << r.counts.contacts << ',' << r.solver.energy_excess_pieces << ',' << r.solver.retries << ','
+        << r.solver.energy_removed << ',' << body::flag_text(r.flags);
     const auto add = [&](const Vec3& v) { row << ',' << v[0] << ',' << v[1] << ',' << v[2]; };
     for (const body::ToolForce& tool : r.tools) {
         add(tool.force);

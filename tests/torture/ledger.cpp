@@ -129,17 +129,22 @@ double Ledger::work_of_gravity(std::size_t row, const Moment& before, const Mome
            g.dot(table_.vector(row - 1, "momentum") + table_.vector(row, "momentum"));
 }
 
-// The force of holds follows from the momentum where nothing else acts from outside.
+// The force of holds follows from the momentum where nothing else acts from outside; else what the table
+// lists is taken, if it lists it.
 bool Ledger::work_of_holds(std::size_t row, double& work) const {
     const double dt = surroundings_.time_step(), until = table_.at(row, "time");
     Vec3 displacement;
     work = 0;
     if (!surroundings_.is_held(until - dt) && !surroundings_.is_held(until)) return true;
-    if (!surroundings_.hold_displacement(until - dt, until, displacement)) return false;
-    if (displacement.norm() == 0) return true;
+    const bool is_uniform = surroundings_.hold_displacement(until - dt, until, displacement);
+    if (is_uniform && displacement.norm() == 0) return true;
     const bool touched = !surroundings_.obstacles().empty() &&
                          (table_.at(row, "contacts") > 0 || (row > 0 && table_.at(row - 1, "contacts") > 0));
-    if (row == 0 || touched || surroundings_.is_damped()) return false;
+    if (!is_uniform || row == 0 || touched || surroundings_.is_damped() ||
+        surroundings_.is_pulled(until - dt)) {
+        if (table_.has("hold_work")) work = table_.at(row, "hold_work");
+        return table_.has("hold_work");
+    }
     const Vec3 impulse = table_.vector(row, "momentum") - table_.vector(row - 1, "momentum") -
                          dt * mass_ * surroundings_.gravity();
     work = impulse.dot(displacement) / dt;
@@ -178,7 +183,9 @@ void Ledger::measure_energy(std::size_t row, const Moment& before, const Moment&
     double holds = 0;
     const bool pushed = surroundings_.has_moving_obstacles() && table_.at(row, "contacts") > 0;
     const bool pulled = surroundings_.is_pulled(time - surroundings_.time_step());
-    const bool known = (now.known || has_potential_) && !pushed && !pulled && work_of_holds(row, holds);
+    const double handles = pulled && table_.has("handle_work") ? table_.at(row, "handle_work") : 0;
+    const bool known = (now.known || has_potential_) && !pushed && work_of_holds(row, holds) &&
+                       (!pulled || table_.has("handle_work"));
     const double gravity = work_of_gravity(row, before, now);
     const bool exact = has_potential_ || is_free(row);
     if (!known || !running_) {
@@ -189,8 +196,8 @@ void Ledger::measure_energy(std::size_t row, const Moment& before, const Moment&
         allowance_ = exact ? 0 : now.allowance;
         return;
     }
-    work_ += gravity + holds;
-    put_in_ += std::max(0.0, gravity) + std::max(0.0, holds);
+    work_ += gravity + holds + handles;
+    put_in_ += std::max(0.0, gravity) + std::max(0.0, holds) + std::max(0.0, handles);
     const double level = energy - work_, allowance = exact ? 0 : now.allowance;
     const double noise = mass_ * (least_lift * cell_size_ * surroundings_.gravity().norm() +
                                   0.5 * least_motion * least_motion);
@@ -202,11 +209,14 @@ void Ledger::measure_energy(std::size_t row, const Moment& before, const Moment&
     }
 }
 
-// Stored energy counts as if half of it went into one direction of motion of all the mass.
+// Stored energy counts as if half of it went into one direction of motion of all the mass, the work of
+// handles as if a tenth of the mass had it: they may pull a part.
 void Ledger::measure_speed(std::size_t row, Verdict& verdict) {
     stored_ = std::max(stored_, table_.at(row, "elastic_energy") + table_.at(row, "contact_energy"));
+    if (table_.has("handle_work")) pulled_ += std::max(0.0, table_.at(row, "handle_work"));
     const double fallen = surroundings_.gravity().norm() * table_.at(row, "time");
-    const double possible = surroundings_.speed_put_in(radius_) + fallen + std::sqrt(2 * stored_ / mass_);
+    const double possible =
+        surroundings_.speed_put_in(radius_) + fallen + std::sqrt((2 * stored_ + 20 * pulled_) / mass_);
     verdict.measure(Law::speed, table_.at(row, "top_speed") / (possible + least_speed),
                     static_cast<int>(row) + 1, circumstances(row));
 }

@@ -78,6 +78,7 @@ class Ledger {
     double lowest_ = 0;           // J, energy less work
     double allowance_ = 0;        // J, at the lowest
     double stored_ = 0;           // J, largest elastic energy so far
+    double pulled_ = 0;           // J, positive work of handles so far
 };
 
 }  // namespace splitcubes::torture

@@ -233,6 +233,86 @@ TEST(Energy, HoldsThatLetGoAddNone) {
     }
 }
 
+/// Largest rise of the energy less the work of holds and handles over its lowest value so far, as a share of
+/// what was put in.
+double largest_gain_beside_work(body::World& world, int steps) {
+    double lowest = gravity_energy(world), gain = 0, work = 0, put_in = 0, before = lowest;
+    for (int step = 0; step < steps; ++step) {
+        const body::StepReport report = world.step();
+        const body::StepTotals& totals = report.totals;
+        work += report.work.holds + report.work.handles;
+        put_in += std::max(report.work.holds, 0.0) + std::max(report.work.handles, 0.0) +
+                  std::max(before - totals.potential_energy, 0.0);
+        before = totals.potential_energy;
+        const double level = totals.kinetic_energy + totals.elastic_energy + totals.contact_energy +
+                             totals.potential_energy - work;
+        lowest = std::min(lowest, level);
+        gain = std::max(gain, (level - lowest) / put_in);
+    }
+    return gain;
+}
+
+TEST(Energy, RisesByNoMoreThanTheWorkOfHoldsAndHandles) {
+    Random random(8);
+    for (int trial = 0; trial < 12; ++trial) {
+        const SolverKind kind = trial % 4 == 0 ? SolverKind::explicit_steps : SolverKind::implicit_steps;
+        body::WorldSettings world_settings = settings_of(kind, 1 / random.uniform(60, 240));
+        world_settings.gravity = Vec3(0, 0, trial % 3 == 0 ? 0 : -9.81);
+        body::World world(world_settings, threads(2));
+        body::BodySettings settings = soft(0.012, 260);
+        settings.material.youngs_modulus = std::pow(10, random.uniform(4, 6));
+        body::Body& body = world.add_body(geometry::make_box(Vec3(0.1, 0.12, 0.26)), settings);
+        body::HoldConstraint hold = hold_beyond({0, 0, 0.1}, Vec3::UnitZ());
+        const Vec3 shake = random_vector(random, 0.03), axis = random_direction(random);
+        const double turn = trial % 2 == 0 ? 0 : 0.3, rate = random.uniform(5, 20);
+        hold.motion = [=](double time) {
+            Isometry motion(Eigen::AngleAxisd(turn * std::sin(rate * time), axis));
+            motion.translation() = (1 - std::cos(rate * time)) * shake;
+            return motion;
+        };
+        body.add_constraint(hold);
+        body::Handle handle;
+        handle.region = [](const Vec3& point) { return point.z() < -0.08; };
+        const Vec3 pull = random_vector(random, 0.2);
+        handle.motion = [=](double time) { return Isometry(Eigen::Translation3d(time * pull)); };
+        handle.stiffness = std::pow(10, random.uniform(2, 4));
+        handle.limit = trial % 3 == 1 ? random.uniform(1, 20) : 1e300;
+        if (trial % 3 != 2) body.add_handle(handle);
+        if (trial % 2 == 0) add_random_blades(world, 6, 0.08, 0.1, 0.3, 20 + trial);
+        EXPECT_LT(largest_gain_beside_work(world, 60), 0.02) << "trial " << trial;
+    }
+}
+
+// What lies in the region of a hold, but was pulled away from it with the rest of its piece, is not taken
+// back where cuts give it phyxels of its own.
+TEST(Energy, HoldsDoNotCatchWhatHandlesPulledAway) {
+    for (const SolverKind kind : {SolverKind::explicit_steps, SolverKind::implicit_steps}) {
+        body::WorldSettings settings = settings_of(kind, 1.0 / 100);
+        settings.contact.pieces = false;
+        body::World world(settings, threads(2));
+        body::Body& body = world.add_body(geometry::make_box(Vec3(0.12, 0.12, 0.24)), soft(0.012, 260));
+        body.add_constraint(hold_beyond({0, 0, 0.02}, Vec3::UnitZ()));
+        body::Handle handle;
+        handle.region = [](const Vec3&) { return true; };
+        handle.motion = [](double time) {
+            return Isometry(Eigen::Translation3d(0.1 * time, 0, -0.3 * time));
+        };
+        handle.stiffness = 500;
+        body.add_handle(handle);
+        add_random_blades(world, 150, 0.1, 0, 0.5, 5);
+        const meshless::Phyxels& phyxels = body.phyxels();
+        double jump = 0;
+        for (int step = 0; step < 60; ++step) {
+            world.step();
+            for (std::size_t i = 0; i < phyxels.size(); ++i)
+                if (phyxels.held[i] != 0 && phyxels.rigid.index(phyxels.piece[i]) < 0)
+                    jump = std::max(jump, (phyxels.position[i] - phyxels.previous_position[i]).norm());
+        }
+        EXPECT_LT(jump, 1e-3 * body.phyxel_spacing()) << "kind " << int(kind);
+        EXPECT_GT(body.pieces().count(), 1000U);
+    }
+}
+
 // Their own weight strains them unevenly, by a fifth and more.
 TEST(Energy, CutsOfHangingBodiesAddNone) {
     for (const SolverKind kind : {SolverKind::explicit_steps, SolverKind::implicit_steps})

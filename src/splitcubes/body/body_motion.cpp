@@ -66,6 +66,8 @@ void Body::end_step(const StepContext& context, const meshless::SolverReport& so
     report.totals.kinetic_energy += solved.kinetic_energy;
     report.totals.elastic_energy += solved.elastic_energy;
     report.totals.contact_energy += solved.contact_energy;
+    report.work.holds += solved.work.holds;
+    report.work.handles += solved.work.handles;
     report.totals.momentum += solved.momentum;
     report.totals.angular_momentum += solved.angular_momentum;
     report.totals.top_speed = std::max(report.totals.top_speed, solved.top_speed);

@@ -75,7 +75,7 @@ void Body::find_fast_fragments(const StepContext& context, TopologyChange& chang
     if (change.fast_fragments.empty()) return;
     std::vector<std::uint8_t> is_attached(pieces_->count(), 0);
     for (std::size_t i = 0; i < samples_.phyxels.size(); ++i)
-        if (boundary_.is_attached(samples_.phyxels, i))
+        if (boundary_.is_held(samples_.phyxels, i) || boundary_.is_pulled(samples_.phyxels, i))
             is_attached[static_cast<std::size_t>(samples_.phyxels.piece[i])] = 1;
     std::erase_if(change.fast_fragments,
                   [&](std::int32_t piece) { return is_attached[static_cast<std::size_t>(piece)] != 0; });
@@ -91,7 +91,11 @@ void Body::resample_splits(const StepContext& context, TopologyChange& change, S
     if (context.dt > 0) attachments.held = boundary_.held_among(samples_.phyxels, context.time - context.dt);
     attachments.holds = boundary_.constraints().size();
     attachments.handles = boundary_.handles().size();
-    attachments.acts_on = [this](std::size_t i) { return boundary_.is_attached(samples_.phyxels, i); };
+    attachments.hold_acts_on = [this](std::size_t i) { return boundary_.is_held(samples_.phyxels, i); };
+    attachments.handle_acts_on = [this](std::size_t i) { return boundary_.is_pulled(samples_.phyxels, i); };
+    attachments.hold_offset = [&](const Vec3& rest, const Vec3& position) {
+        return boundary_.hold_offset(rest, position, context.time);
+    };
     body::resample(sample_context(context.parallel), *surface_, motion_->tracker(), attachments, samples_,
                    change);
     if (change.new_phyxels > 0) boundary_.forget_phyxels();

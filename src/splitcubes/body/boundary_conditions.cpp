@@ -15,6 +15,14 @@ bool acts_on(const std::vector<Region>& regions, std::size_t r, const meshless::
     return r >= ignored[i] && regions[r].region(pose * phyxels.rest_position[i]);
 }
 
+template <class Region>
+bool any_acts_on(const std::vector<Region>& regions, const meshless::Phyxels& phyxels,
+                 std::span<const std::uint32_t> ignored, const Isometry& pose, std::size_t i) {
+    for (std::size_t r = 0; r < regions.size(); ++r)
+        if (acts_on(regions, r, phyxels, ignored, pose, i)) return true;
+    return false;
+}
+
 // Lists the phyxels on which each region acts; does nothing if there is a list per region.
 template <class Region>
 void list_phyxels_of(const std::vector<Region>& regions, const meshless::Phyxels& phyxels,
@@ -105,13 +113,20 @@ std::span<const std::uint8_t> BoundaryConditions::held_among(const meshless::Phy
     return held_among_;
 }
 
-bool BoundaryConditions::is_attached(const meshless::Phyxels& phyxels, std::size_t i) const {
-    const auto any_acts = [&](const auto& regions, std::span<const std::uint32_t> ignored) {
-        for (std::size_t r = 0; r < regions.size(); ++r)
-            if (acts_on(regions, r, phyxels, ignored, pose_, i)) return true;
-        return false;
-    };
-    return any_acts(constraints_, phyxels.ignored_holds) || any_acts(handles_, phyxels.ignored_handles);
+bool BoundaryConditions::is_held(const meshless::Phyxels& phyxels, std::size_t i) const {
+    return any_acts_on(constraints_, phyxels, phyxels.ignored_holds, pose_, i);
+}
+
+bool BoundaryConditions::is_pulled(const meshless::Phyxels& phyxels, std::size_t i) const {
+    return any_acts_on(handles_, phyxels, phyxels.ignored_handles, pose_, i);
+}
+
+double BoundaryConditions::hold_offset(const Vec3& rest, const Vec3& position, double time) const {
+    double offset = 0;
+    for (const HoldConstraint& constraint : constraints_)
+        if (constraint.is_active(time) && constraint.region(pose_ * rest))
+            offset = std::max(offset, (constraint.motion(time) * (pose_ * rest) - position).norm());
+    return offset;
 }
 
 BoundaryConditions::HeldPoints BoundaryConditions::hold(std::span<const Vec3> rest_position, double time,
@@ -141,15 +156,15 @@ void BoundaryConditions::add_handle_springs(const meshless::Phyxels& phyxels, do
         const auto limit_index = static_cast<std::uint32_t>(limits.size());
         limits.push_back(handle.limit);
         if (!handle.is_active(time)) continue;
-        const Isometry motion = handle.motion(time + dt) * pose_;
+        const Isometry start = handle.motion(time) * pose_, motion = handle.motion(time + dt) * pose_;
         double mass = 0;
         for (const std::uint32_t i : handle_phyxels_[h]) mass += phyxels.mass[i];
         if (!(mass > 0)) continue;
         for (const std::uint32_t i : handle_phyxels_[h]) {
             const double stiffness = handle.stiffness * phyxels.mass[i] / mass;
             if (stiffness > 0)
-                handle_springs.push_back(
-                    {part, i, limit_index, motion * phyxels.rest_position[i], stiffness});
+                handle_springs.push_back({part, i, limit_index, motion * phyxels.rest_position[i], stiffness,
+                                          start * phyxels.rest_position[i]});
         }
     }
 }

@@ -92,8 +92,13 @@ class BoundaryConditions {
     /// Returns which phyxels are held in a step that starts at a time, s: 1 if held. Valid until the next
     /// call.
     std::span<const std::uint8_t> held_among(const meshless::Phyxels& phyxels, double time);
-    /// Returns whether a constraint or a handle, active or not, acts on a phyxel.
-    bool is_attached(const meshless::Phyxels& phyxels, std::size_t i) const;
+    /// Returns whether a constraint, active or not, acts on a phyxel.
+    bool is_held(const meshless::Phyxels& phyxels, std::size_t i) const;
+    /// The same for handles.
+    bool is_pulled(const meshless::Phyxels& phyxels, std::size_t i) const;
+    /// Returns how far, m, the active constraints at a time, s, put a point at rest from a position in the
+    /// world, m; 0 if none contains it.
+    double hold_offset(const Vec3& rest, const Vec3& position, double time) const;
     /// Points and their prescribed positions.
     struct HeldPoints {
         std::vector<std::uint8_t> held;  // per point, 1: its position is prescribed

@@ -72,6 +72,13 @@ struct ToolForce {
     void add_force(const Isometry& tool, const Vec3& point, const Vec3& added);
 };
 
+/// Work on the bodies from outside in one step, J. That of gravity is the change of the potential energy;
+/// that of moving colliders is not known.
+struct StepWork {
+    double holds = 0;    // on what moves with them, and by that on the rest
+    double handles = 0;  // by their springs
+};
+
 /// State of all bodies at the end of a step.
 struct StepTotals {
     std::size_t phyxels = 0;
@@ -116,6 +123,7 @@ struct StepReport {
     StepTotals totals;
     StepCounts counts;
     StepSolver solver;
+    StepWork work;
     std::vector<ToolForce> tools;     // per tool
     std::vector<Vec3> handle_forces;  // N, on the bodies, per handle, body by body
     std::uint32_t flags = 0;          // see Flag

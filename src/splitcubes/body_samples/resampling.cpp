@@ -75,7 +75,8 @@ class Resampler {
         return std::any_of(change_.gaps.begin(), change_.gaps.end(),
                            [&](const Gap& gap) { return samples_.phyxels.piece[gap.inside] == piece; });
     }
-    void find_loose(std::span<const std::int32_t> family);
+    std::vector<std::uint8_t> find_loose(std::span<const std::int32_t> family, std::size_t count,
+                                         const std::function<bool(std::size_t)>& acts_on) const;
     void fill_pieces(std::span<const std::vector<std::uint32_t>> nodes, std::span<const Kind> kinds);
     void move_with_links(std::size_t i);
     void fill_gaps(std::span<const std::vector<std::uint32_t>> nodes, std::span<const Kind> kinds);
@@ -95,9 +96,9 @@ class Resampler {
     ElasticSamples& samples_;
     TopologyChange& change_;
     // Per piece that splits or came off; empty for the others.
-    std::vector<std::vector<std::uint32_t>> members_;  // its phyxels, ascending
-    std::vector<Vec3> extents_;                        // m, MaterialNodes::extents_of its nodes
-    std::vector<std::uint8_t> is_loose_;               // 1: no hold or handle acts on it (find_loose)
+    std::vector<std::vector<std::uint32_t>> members_;   // its phyxels, ascending
+    std::vector<Vec3> extents_;                         // m, MaterialNodes::extents_of its nodes
+    std::vector<std::uint8_t> is_loose_, is_unpulled_;  // 1: no hold, no handle acts on it (find_loose)
 };
 
 // Adds the state of a point (m, rest space) as one phyxel moves it.
@@ -157,10 +158,12 @@ void Resampler::add_sample(std::uint32_t node, std::int32_t piece) {
     start.deformation = motion.jacobian;
     start.velocity = motion.velocity;
     start.plastic_strain = motion.plastic_strain;
-    if (is_loose_[static_cast<std::size_t>(piece)] != 0) {
+    const double offset = attachments_.hold_offset(start.rest_position, start.position);
+    if (is_loose_[static_cast<std::size_t>(piece)] != 0 ||
+        offset > tuning::resampling::max_hold_offset * samples_.spacing)
         start.ignored_holds = static_cast<std::uint32_t>(attachments_.holds);
+    if (is_unpulled_[static_cast<std::size_t>(piece)] != 0)
         start.ignored_handles = static_cast<std::uint32_t>(attachments_.handles);
-    }
     members_[static_cast<std::size_t>(piece)].push_back(static_cast<std::uint32_t>(samples_.phyxels.size()));
     samples_.phyxels.append(start);
     samples_.owner.push_back(context_.nodes.node[node]);
@@ -317,21 +320,24 @@ void Resampler::refresh_links(std::size_t old_count) {
     change_.dirty_pairs.clear();
 }
 
-// A hold that acted on no phyxel of a piece would pull new ones to where they would be without the motion of
-// the piece. For a piece without phyxels, those of its family count.
-void Resampler::find_loose(std::span<const std::int32_t> family) {
-    is_loose_.assign(family.size(), 0);
-    if (attachments_.holds + attachments_.handles == 0) return;
+// Returns 1 for each piece on which none of `count` holds or handles acts. A hold that acted on no phyxel of
+// a piece would pull new ones to where they would be without the motion of the piece. For a piece without
+// phyxels, those of its family count.
+std::vector<std::uint8_t> Resampler::find_loose(std::span<const std::int32_t> family, std::size_t count,
+                                                const std::function<bool(std::size_t)>& acts_on) const {
+    std::vector<std::uint8_t> is_loose(family.size(), 0);
+    if (count == 0) return is_loose;
     std::vector<std::uint8_t> is_attached(family.size(), 0), family_is_attached(family.size(), 0);
     for (std::size_t k = 0; k < family.size(); ++k) {
-        is_attached[k] = std::any_of(members_[k].begin(), members_[k].end(),
-                                     [&](std::uint32_t i) { return attachments_.acts_on(i); });
+        is_attached[k] =
+            std::any_of(members_[k].begin(), members_[k].end(), [&](std::uint32_t i) { return acts_on(i); });
         if (is_attached[k] != 0) family_is_attached[static_cast<std::size_t>(family[k])] = 1;
     }
     for (std::size_t k = 0; k < family.size(); ++k)
         if (family[k] >= 0)
-            is_loose_[k] = members_[k].empty() ? family_is_attached[static_cast<std::size_t>(family[k])] == 0
-                                               : is_attached[k] == 0;
+            is_loose[k] = members_[k].empty() ? family_is_attached[static_cast<std::size_t>(family[k])] == 0
+                                              : is_attached[k] == 0;
+    return is_loose;
 }
 
 // Adds phyxels to small elastic pieces until every neighbourhood spans space or no nodes are left. Large
@@ -565,7 +571,8 @@ void Resampler::run() {
         if (split.parent == split.piece && !is_fast(split.piece) && !has_gap(split.piece))
             elastic_family[static_cast<std::size_t>(split.piece)] = -1;
     const meshless::SplitMomentum split_momentum(samples_.phyxels, elastic_family, attachments_.held);
-    find_loose(family);
+    is_loose_ = find_loose(family, attachments_.holds, attachments_.hold_acts_on);
+    is_unpulled_ = find_loose(family, attachments_.handles, attachments_.handle_acts_on);
     fill_pieces(nodes, kinds);
     fill_gaps(nodes, kinds);
     for (std::size_t k = 0; k < nodes.size(); ++k)

@@ -60,6 +60,9 @@ inline constexpr std::size_t min_piece_phyxels = 8;
 inline constexpr int rank_iterations = 3;
 /// Phyxels added to such a neighbourhood per iteration, 1 to 3; same effect.
 inline constexpr int phyxels_per_rank_iteration = 3;
+/// Spacings, 0.2 to 1, by which a new phyxel may be off from where a hold puts it; else it ignores the hold.
+/// Larger lets holds pull fragments back; smaller frees strained material beside a hold.
+inline constexpr double max_hold_offset = 0.5;
 /// Spacings, 1 to 4, about one support radius. A shorter piece is rigid: each of its phyxels would have all
 /// others as neighbours, and its deformation would hardly be visible. Larger makes visible splinters stiff;
 /// smaller keeps pieces whose strain is not resolved.

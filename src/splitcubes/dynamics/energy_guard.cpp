@@ -36,7 +36,12 @@ void EnergyGuard::add_phyxel(const Phyxels& phyxels, const StepInput& input, boo
     account.reserve += phyxels.reserve[i];
     account.touches |= phyxels.touching[i] != 0;
     if (is_held(input, i)) {
-        account.add_hold(input.held_position[i] - position_[i], m);
+        const Vec3 displacement = input.held_position[i] - position_[i];
+        account.add_hold(displacement, m);
+        // A hold that stops what moves does no work.
+        if (gravity && !displacement.isZero(0))
+            account.held_work +=
+                kinetic - 0.5 * m * velocity_[i].squaredNorm() - m * input.gravity.dot(displacement);
         return;
     }
     account.free_kinetic += kinetic;
@@ -63,6 +68,7 @@ EnergyGuard::Account& EnergyGuard::Account::operator+=(const Account& other) {
     elastic += other.elastic;
     reserve += other.reserve;
     work += other.work;
+    held_work += other.held_work;
     touches |= other.touches;
     if (other.held_mass > 0) {
         const bool moved = held_moves || other.held_moves;
@@ -142,29 +148,52 @@ void EnergyGuard::count_contacts(const Phyxels& phyxels, const StepInput& input,
     const auto add = [&](const ContactSide& side, const Vec3& force) {
         if (side.part != part || side.count == 0 || !is_counted(phyxels, side.phyxel[0])) return;
         // What acts on held phyxels is borne by the hold.
-        Vec3 displacement = Vec3::Zero();
+        Vec3 displacement = Vec3::Zero(), held_displacement = Vec3::Zero();
         double share = 0;
         for (std::uint32_t k = 0; k < side.count; ++k) {
             const std::uint32_t i = side.phyxel[k];
-            if (is_held(input, i)) continue;
-            displacement += side.weight[k] * (phyxels.position[i] - position_[i]);
-            share += side.weight[k];
+            const Vec3 moved = side.weight[k] * (phyxels.position[i] - position_[i]);
+            (is_held(input, i) ? held_displacement : displacement) += moved;
+            if (!is_held(input, i)) share += side.weight[k];
         }
-        const double work = force.dot(displacement);
         ContactSum& sum = contacts_[slot(phyxels, side.phyxel[0])];
+        sum.work_on_held += force.dot(held_displacement);
+        if (!contact_work.empty()) return;
+        const double work = force.dot(displacement);
         sum.work += work + tuning::energy::work_slack * std::abs(work);
         sum.force += share * force;
     };
     CachedContactFinder finder(contacts.cached);
     for (const Contact& contact : contacts.contacts) {
-        const CachedContact* const cached = contact_work.empty() ? finder.find(contact.key) : nullptr;
+        const CachedContact* const cached = finder.find(contact.key);
         if (cached == nullptr) continue;
         add(contact.upper, cached->force);
         add(contact.lower, -cached->force);
     }
-    for (const HandleSpring& handle_spring : contacts.handle_springs)
-        if (handle_spring.part == part && is_counted(phyxels, handle_spring.phyxel))
-            contacts_[slot(phyxels, handle_spring.phyxel)].work = std::numeric_limits<double>::infinity();
+    count_handles(phyxels, input, contacts, part);
+}
+
+// Adds the forces of handles after the step, which holds bear; their work is not known piece by piece.
+void EnergyGuard::count_handles(const Phyxels& phyxels, const StepInput& input, const ContactInput& contacts,
+                                std::uint32_t part) {
+    if (contacts.handle_springs.empty()) return;
+    force_.assign(contacts.handle_force_limits.size(), Vec3::Zero());
+    const auto force_of = [&](const HandleSpring& spring) {
+        return Vec3(spring.stiffness * (spring.target - phyxels.position[spring.phyxel]));
+    };
+    const auto acts = [&](const HandleSpring& spring) {
+        return spring.part == part && is_counted(phyxels, spring.phyxel) && !is_held(input, spring.phyxel);
+    };
+    for (const HandleSpring& spring : contacts.handle_springs)
+        if (acts(spring)) force_[spring.handle] += force_of(spring);
+    for (const HandleSpring& spring : contacts.handle_springs) {
+        if (!acts(spring)) continue;
+        const double size = force_[spring.handle].norm();
+        const double limit = contacts.handle_force_limits[spring.handle];
+        ContactSum& sum = contacts_[slot(phyxels, spring.phyxel)];
+        sum.force += (size > limit ? limit / size : 1) * force_of(spring);
+        sum.work = std::numeric_limits<double>::infinity();
+    }
 }
 
 std::vector<double>& EnergyGuard::elastic_by_piece(const Phyxels& phyxels, std::span<const double> rows) {
@@ -250,12 +279,15 @@ bool EnergyGuard::evaluate(const Phyxels& phyxels, const Neighbourhoods& neighbo
     reserve_kept_ = {tolerance.apart_reserve_kept, tolerance.reserve_kept};
     balance_.assign(start_.size(), Balance{});
     sum_end_accounts(phyxels, input, true, parallel);
-    any_excess_ = false;
+    evaluation_.any_excess = false;
+    evaluation_.work_of_holds = 0;
     bool holds_are_known = false;
     for (std::size_t k = 0; k < start_.size(); ++k) {
         if (!(start_[k].mass > 0)) continue;
+        evaluation_.work_of_holds += end_[k].held_work - contacts_[k].work_on_held;
         const auto count_work = [&](double work) {
             end_[k].work += work;
+            evaluation_.work_of_holds += work;
             balance_[k] = find_balance(material, input, tolerance.elastic_share, k);
         };
         count_work(start_[k].held_moves && !hold_work.empty() ? hold_work[k] : 0);
@@ -265,15 +297,17 @@ bool EnergyGuard::evaluate(const Phyxels& phyxels, const Neighbourhoods& neighbo
             if (is_uniform) count_work(uniform_work);
             // Momentum tells the work of a hold only as well as the mean force of contacts is known.
             const bool is_exact = is_uniform && contacts_[k].force.isZero(0);
-            if (!is_exact && balance_[k].energy > balance_[k].budget) {
+            const bool is_within =
+                std::isfinite(balance_[k].budget) && balance_[k].energy <= balance_[k].budget;
+            if (!is_exact && !is_within) {
                 if (!holds_are_known) find_hold_work(phyxels, neighbourhoods, material, input, parallel);
                 holds_are_known = true;
                 count_work(is_uniform ? std::max(hold_work_[k] - uniform_work, 0.0) : hold_work_[k]);
             }
         }
-        any_excess_ = any_excess_ || balance_[k].has_excess;
+        evaluation_.any_excess = evaluation_.any_excess || balance_[k].has_excess;
     }
-    if (!any_excess_) return false;
+    if (!evaluation_.any_excess) return false;
     find_rigid_motions(phyxels, parallel);
     const bool is_strained = find_excess_strain(phyxels, neighbourhoods, material, parallel);
     const double repeat_share = tolerance.repeat_share;
@@ -459,7 +493,8 @@ void EnergyGuard::scale_velocities(Phyxels& phyxels, const StepInput& input) {
 
 void EnergyGuard::enforce(Phyxels& phyxels, const Neighbourhoods& neighbourhoods, const Material& material,
                           const StepInput& input, SolverReport& report, const Parallel& parallel) {
-    if (any_excess_) {
+    report.work.holds += std::isfinite(evaluation_.work_of_holds) ? evaluation_.work_of_holds : 0;
+    if (evaluation_.any_excess) {
         const double before = report.kinetic_energy + report.elastic_energy;
         bool has_excess_strain = false;
         for (const Balance& balance : balance_) {

@@ -73,7 +73,7 @@ class EnergyGuard {
     /// step starts with backward Euler.
     void reset_history(Phyxels& phyxels, double dt) const;
     /// Corrects the excesses that evaluate found, writes the reserves, and recomputes the sums of the report
-    /// if something was corrected.
+    /// if something was corrected. Adds the work of the holds to the report.
     void enforce(Phyxels& phyxels, const Neighbourhoods& neighbourhoods, const Material& material,
                  const StepInput& input, SolverReport& report, const Parallel& parallel);
 
@@ -87,6 +87,7 @@ class EnergyGuard {
         double elastic = 0;                     // J
         double reserve = 0;                     // J
         double work = 0;                        // J, by gravity and holds
+        double held_work = 0;                   // J, on held phyxels, without the forces of the free ones
         double held_mass = 0;                   // kg
         Vec3 held_displacement = Vec3::Zero();  // m, displacement of the first held phyxel in the step
         bool has_uniform_hold = true;           // all held phyxels have this displacement
@@ -96,9 +97,10 @@ class EnergyGuard {
         void add_hold(const Vec3& displacement, double m);
         Account& operator+=(const Account& other);
     };
-    /// Of the contacts on the free phyxels of a piece.
+    /// Of the contacts of a piece; on its free phyxels where nothing else is said.
     struct ContactSum {
         double work = 0;            // J, in the step
+        double work_on_held = 0;    // J, of the forces at the end of the step
         Vec3 force = Vec3::Zero();  // N, at its end
     };
     struct Balance {
@@ -136,6 +138,8 @@ class EnergyGuard {
     template <class Prepare>
     void sum_accounts(const Phyxels& phyxels, const StepInput& input, bool gravity,
                       std::vector<Account>& accounts, const Parallel& parallel, const Prepare& prepare);
+    void count_handles(const Phyxels& phyxels, const StepInput& input, const ContactInput& contacts,
+                       std::uint32_t part);
     void sum_end_accounts(const Phyxels& phyxels, const StepInput& input, bool gravity,
                           const Parallel& parallel);
     void add_phyxel(const Phyxels& phyxels, const StepInput& input, bool gravity, std::size_t i,
@@ -164,7 +168,7 @@ class EnergyGuard {
     std::vector<Mat3> rotation_, plastic_strain_;                 // before the step
     std::vector<std::uint8_t> touching_;                          // before the step
     std::vector<double> rows_;                                    // J, per phyxel
-    std::vector<Vec3> force_;                                     // N, per phyxel
+    std::vector<Vec3> force_;                                     // N, per phyxel, or per handle
     std::vector<ContactSum> contacts_;                            // per piece
     std::vector<Account> start_, end_, chunk_accounts_;           // per piece
     std::vector<Balance> balance_;                                // per piece
@@ -173,7 +177,12 @@ class EnergyGuard {
     std::vector<Momenta> before_, after_, partial_;
     std::vector<Relaxation> relaxation_;  // per piece
     Solution solution_;
-    bool any_excess_ = false;
+    /// Result of evaluate beside the balances.
+    struct Evaluation {
+        bool any_excess = false;
+        double work_of_holds = 0;  // J
+    };
+    Evaluation evaluation_;
     std::array<double, 2> reserve_kept_{};  // as in Tolerance, of pieces that are apart, that touch
 };
 

@@ -17,6 +17,7 @@ void ExplicitSolver::Group::clear() {
     position.clear();
     touching.clear();
     changes = false;
+    handle_work = 0;
 }
 
 void ExplicitSolver::Group::add(const Job& job) {
@@ -75,6 +76,7 @@ bool ExplicitSolver::step_together(std::span<Member> members, const ContactInput
     }
     if (contacts.cached) members[0].report.contacts = contacts.cached->size();
     members[0].report.contact_energy = group.contacts.energy();
+    members[0].report.work.handles = group.handle_work;
     return true;
 }
 
@@ -336,11 +338,13 @@ void ExplicitSolver::Group::substep(double h, double before, double after) {
     contacts.push(position, velocity, h, before > 0 ? h : 0.5 * h, before);
     add_contact_work(before > 0 ? DriftsAround::both : DriftsAround::next);
     last_substep = h;
+    if (!handle_springs.empty()) handle_work += 0.5 * h * contacts.handle_power(velocity);
     for (const Job& job : jobs) {
         job.solver.drift(job, h, after);
         job.solver.deform(job, h);
     }
     find_forces();
+    if (!handle_springs.empty()) handle_work += 0.5 * h * contacts.handle_power(velocity);
     for (const Job& job : jobs) {
         job.solver.add_hold_work(job, h);
         job.solver.kick(job, 0.5 * h);

@@ -77,6 +77,7 @@ class ExplicitSolver {
         std::span<const HandleSpring> handle_springs;
         double dt = 0;            // s
         double last_substep = 0;  // s
+        double handle_work = 0;   // J, in the step so far
         bool changes = false;     // the stiffness of some member grows with its stretch
 
         void clear();

@@ -27,6 +27,18 @@ struct StepInput {
     std::span<const RigidKinematicTarget> kinematic_rigid_pieces;  // at most one per rigid piece
 };
 
+/// Work done on a body from outside in a step, J.
+struct ExternalWork {
+    double holds = 0;    // on what moves with them, and by that on the rest
+    double handles = 0;  // by their springs
+
+    ExternalWork& operator+=(const ExternalWork& other) {
+        holds += other.holds;
+        handles += other.handles;
+        return *this;
+    }
+};
+
 struct SolverReport {
     int iterations = 0;              // conjugate gradient iterations over all solves of the step
     int solves = 0;                  // 1, 2 with TR-BDF2, more if contacts changed; 0 if explicit
@@ -43,6 +55,7 @@ struct SolverReport {
     double kinetic_energy = 0;             // J
     double elastic_energy = 0;             // J
     double contact_energy = 0;             // J, stored in contact springs
+    ExternalWork work;                     // in the step
     Vec3 momentum = Vec3::Zero();          // kg m/s
     Vec3 angular_momentum = Vec3::Zero();  // kg m^2/s, about the origin
     double top_speed = 0;                  // m/s

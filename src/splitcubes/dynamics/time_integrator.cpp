@@ -11,7 +11,17 @@ namespace splitcubes::meshless {
 StepInput TimeIntegrator::begin(Phyxels& phyxels, const Material& material, const StepInput& input) {
     if (phyxels.rigid.empty()) return input;
     check_step_input(phyxels, input);
+    const auto energy_of_held = [&] {
+        double sum = 0;
+        for (const RigidKinematicTarget& target : input.kinematic_rigid_pieces) {
+            const RigidPiece& piece = phyxels.rigid.bodies[target.body];
+            sum += piece.kinetic_energy() - piece.mass * input.gravity.dot(piece.centre);
+        }
+        return sum;
+    };
+    const double before = energy_of_held();
     step_rigid(phyxels, input, material.mass_damping);
+    rigid_hold_work_ = energy_of_held() - before;
     return hold_rigid(phyxels, input);
 }
 

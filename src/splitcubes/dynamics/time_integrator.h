@@ -27,6 +27,7 @@ class TimeIntegrator {
     StepInput begin(Phyxels& phyxels, const Material& material, const StepInput& input);
     void end(Phyxels& phyxels, SolverReport& report) const {
         if (phyxels.rigid.empty()) return;
+        report.work.holds += rigid_hold_work_;
         write_phyxels(phyxels);
         for (const RigidPiece& body : phyxels.rigid.bodies) report.contacts += body.touching;
     }
@@ -101,6 +102,7 @@ class TimeIntegrator {
     std::vector<CachedContact> contact_cache_;          // before the step
     std::vector<std::uint8_t> held_;                    // per phyxel, held or rigid
     std::vector<Vec3> held_position_;                   // per phyxel, m, world
+    double rigid_hold_work_ = 0;                        // J, on held rigid pieces in the step
 };
 
 }  // namespace splitcubes::meshless

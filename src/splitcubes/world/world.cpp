@@ -149,6 +149,7 @@ StepReport World::step() {
         report.totals.momentum += pushed.momentum;
         report.totals.angular_momentum += pushed.angular_momentum;
         report.counts.contacts += pushed.contacts;
+        report.work.holds += pushed.hold_work;
     }
     done(Stage::integrate);
     for (auto& body : bodies_) body->update_node_frames(context, report);

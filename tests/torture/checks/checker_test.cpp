@@ -122,6 +122,34 @@ TEST(Checker, KnowsThePotentialEnergyOfGravity) {
     EXPECT_EQ(verdict.of(Law::energy).frame, 6);
 }
 
+// Work that cannot be told from momentum is what the table lists.
+TEST(Checker, CountsTheListedWorkOfHandlesAndOfHoldsBesideObstacles) {
+    const auto listed = [](const char* column, double share) {
+        HandMadeRun run = falling_box(Vec3::Zero());
+        if (std::string(column) == "handle_work")
+            run.scene["handles"] = {{{"body", "box"}}};
+        else {
+            run.scene["ground"] = {{"height", -5}};
+            const nlohmann::ordered_json turning = {
+                {{"time", 0}, {"position", {0, 0, 0}}},
+                {{"time", 10},
+                 {"position", {0, 0, 0}},
+                 {"rotation", {{"axis", {0, 0, 1}}, {"angle_degrees", 90}}}}};
+            run.scene["constraints"] = {{{"body", "box"}, {"kind", "move"}, {"keyframes", turning}}};
+        }
+        for (std::size_t k = 0; k < run.rows.size(); ++k) {
+            run.rows[k]["potential_energy"] = 0;
+            run.rows[k][column] = k == 5 ? share * run.rows[5]["kinetic_energy"] : 0;
+            if (k >= 5) run.rows[k]["elastic_energy"] += 0.5 * run.rows[5]["kinetic_energy"];
+        }
+        return broken(run.check());
+    };
+    for (const char* column : {"handle_work", "hold_work"}) {
+        EXPECT_EQ(listed(column, 0.5), Names{}) << column;
+        EXPECT_EQ(listed(column, 0.3), Names{"energy"}) << column;
+    }
+}
+
 TEST(Checker, EnergyThatWasLostDoesNotComeBack) {
     HandMadeRun run = falling_box();
     for (std::size_t k = 2; k < 5; ++k) run.rows[k]["kinetic_energy"] *= 0.5;

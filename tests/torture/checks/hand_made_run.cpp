@@ -82,7 +82,8 @@ void HandMadeRun::write(const fs::path& folder) const {
     std::ofstream table(folder / "run" / "metrics.csv");
     table.precision(17);
     std::vector<std::string> names = columns();
-    if (!rows.empty() && rows[0].count("potential_energy") > 0) names.emplace_back("potential_energy");
+    for (const char* name : {"potential_energy", "hold_work", "handle_work"})
+        if (!rows.empty() && rows[0].count(name) > 0) names.emplace_back(name);
     for (const std::string& name : names) table << name << ',';
     table << "flags\n";
     for (const auto& row : rows) {

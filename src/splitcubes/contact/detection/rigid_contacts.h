@@ -50,6 +50,7 @@ class RigidContacts {
         double kinetic_energy = 0;             // J
         Vec3 momentum = Vec3::Zero();          // kg m/s
         Vec3 angular_momentum = Vec3::Zero();  // kg m^2/s, about the origin
+        double hold_work = 0;                  // J, by impulses of held fragments that move
         std::size_t contacts = 0;              // number of those with an impulse
     };
     /// Finds the contacts with surfaces, before any body steps. finder: the last search of the same bodies in
@@ -236,7 +237,7 @@ class RigidContacts {
     bool correct_position(const Task& task, Correction& correction);
     std::vector<RigidImpulses::Mover> list_movers() const;
     void add_impulse(const ContactRow& row);
-    void push_fragments();
+    double push_fragments();
     Outcome totals() const;
 
     std::vector<Fragment> fragments_;

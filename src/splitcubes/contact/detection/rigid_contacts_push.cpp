@@ -292,21 +292,29 @@ void RigidContacts::add_impulse(const ContactRow& row) {
     impulses_.add(contact);
 }
 
-// Applies the impulses to both sides, equal and opposite, so momenta are conserved.
-void RigidContacts::push_fragments() {
+// Applies the impulses to both sides, equal and opposite, so momenta are conserved. Returns the work of held
+// fragments, J.
+double RigidContacts::push_fragments() {
+    double work = 0;
+    const auto push = [&](const Fragment& fragment, const Vec3& point, const Vec3& impulse) {
+        RigidPiece& piece = piece_of(fragment);
+        if (fragment.held)
+            work -= impulse.dot(piece.velocity() + piece.angular_velocity().cross(point - piece.centre));
+        else
+            piece.push(point, impulse);
+    };
     for (std::size_t k = 0; k < rows_.size(); ++k) {
         const ContactRow& row = rows_[k];
         const Vec3 impulse = impulses_.impulse(k);
-        if (!fragments_[row.upper].held) piece_of(fragments_[row.upper]).push(row.point, impulse);
-        if (row.lower < 0) continue;
-        const Fragment& lower = fragments_[static_cast<std::size_t>(row.lower)];
-        if (!lower.held) piece_of(lower).push(row.point, -impulse);
+        push(fragments_[row.upper], row.point, impulse);
+        if (row.lower >= 0) push(fragments_[static_cast<std::size_t>(row.lower)], row.point, -impulse);
     }
     for (std::size_t k = 0; k < proxies_.size(); ++k) {
         const RigidImpulses::Mover& mover = impulses_.movers()[fragments_.size() + k];
         proxies_[k].velocity = mover.velocity;
         proxies_[k].angular_velocity = mover.angular_velocity;
     }
+    return work;
 }
 
 // Sorts the rows along gravity because the sweeps alternate in direction: a heap is supported from below.
@@ -358,7 +366,7 @@ RigidContacts::Outcome RigidContacts::push(const Task& task, const Parallel& par
     for (const ContactRow& row : rows_) add_impulse(row);
     impulses_.solve(static_cast<std::uint32_t>(fragments_.size()), mover_count());
     outcome.contacts = impulses_.active();
-    push_fragments();
+    outcome.hold_work = push_fragments();
     reduce_overlaps(task);
     pay_for_lifts(task);
     const Outcome after = totals();

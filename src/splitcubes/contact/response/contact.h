@@ -47,8 +47,9 @@ struct HandleSpring {
     std::uint32_t part = 0;
     std::uint32_t phyxel = 0;
     std::uint32_t handle = 0;
-    Vec3 target = Vec3::Zero();  // m, world, at the end of the step
-    double stiffness = 0;        // N/m, > 0
+    Vec3 target = Vec3::Zero();        // m, world, at the end of the step
+    double stiffness = 0;              // N/m, > 0
+    Vec3 start_target = Vec3::Zero();  // m, world, at the start of the step; for the work only
 };
 
 /// State of a contact that persists from one step to the next.

@@ -219,7 +219,7 @@ void ContactForces::begin(const ContactInput& input, std::span<const Part> parts
 
 void ContactForces::make_springs(ConstField guess, double weight, const Parallel& parallel) {
     handle_springs_.clear();
-    pushing_ = 0;
+    result_.pushing = 0;
     least_total_ = tuning::contact::least_weight_share * weight;
     listed_ = same_rows_ = false;
     rows_.resize(input_.contacts.size());
@@ -369,15 +369,18 @@ bool ContactForces::revise_handle_springs(ConstField position) {
     };
     for (const HandleRow& s : handle_springs_)
         handle_forces_[s.given.handle] += s.given.stiffness * stretch(s);
-    bool changed = false;
-    for (HandleRow& s : handle_springs_) {
+    const auto scaled_stiffness = [&](const HandleRow& s) {
         const double limit = input_.handle_force_limits[s.given.handle];
         const double force = handle_forces_[s.given.handle].norm();
-        const double scaled_stiffness = s.given.stiffness * (force > limit ? limit / force : 1);
-        changed = changed ||
-                  std::abs(scaled_stiffness - s.stiffness) > tuning::contact::force_slack * scaled_stiffness;
-        s.stiffness = scaled_stiffness;
-    }
+        return s.given.stiffness * (force > limit ? limit / force : 1);
+    };
+    // Stiffnesses that hardly change stay those of the last solve, whose forces are reported.
+    const bool changed = std::any_of(handle_springs_.begin(), handle_springs_.end(), [&](const HandleRow& s) {
+        const double wanted = scaled_stiffness(s);
+        return std::abs(wanted - s.stiffness) > tuning::contact::force_slack * wanted;
+    });
+    if (changed)
+        for (HandleRow& s : handle_springs_) s.stiffness = scaled_stiffness(s);
     return changed;
 }
 
@@ -546,11 +549,11 @@ void ContactForces::finish(ConstField position, std::span<const std::span<std::u
     };
     parallel.for_chunks(active_.size(), tuning::grains::contact_springs, std::cref(end_rows));
     next_.clear();
-    energy_ = 0;
+    result_.energy = 0;
     pushes_.assign(input_.contacts.size(), 0);
     for (std::size_t k = 0; k < active_.size(); ++k) {
         if (!(ended_[k].cached.force.squaredNorm() > 0)) continue;
-        energy_ += ended_[k].energy;
+        result_.energy += ended_[k].energy;
         next_.push_back(ended_[k].cached);
         const std::uint32_t index = rows_[active_[k]].contact;
         pushes_[index] = 1;
@@ -558,13 +561,35 @@ void ContactForces::finish(ConstField position, std::span<const std::span<std::u
         for (const ContactSide* side : {&contact.upper, &contact.lower})
             for (std::uint32_t p = 0; p < side->count; ++p) touching[side->part][side->phyxel[p]] = 1;
     }
-    pushing_ = next_.size();
+    result_.pushing = next_.size();
     if (input_.cached) input_.cached->swap(next_);
-    if (!input_.handle_forces) return;
-    input_.handle_forces->assign(input_.handle_force_limits.size(), Vec3::Zero());
-    for (const HandleRow& s : handle_springs_)
-        (*input_.handle_forces)[s.given.handle] +=
-            s.stiffness * (s.given.target - position[s.given.part][s.given.phyxel]);
+    result_.handle_work = work_of_handles(position);
+    if (input_.handle_forces) input_.handle_forces->assign(input_.handle_force_limits.size(), Vec3::Zero());
+    for (const HandleRow& s : handle_springs_) {
+        const Vec3& end = position[s.given.part][s.given.phyxel];
+        if (input_.handle_forces)
+            (*input_.handle_forces)[s.given.handle] += s.stiffness * (s.given.target - end);
+    }
+}
+
+// Returns the work of the handles on the phyxels in the step, J: the larger one by their forces before and
+// after it. A step of second order uses forces between.
+double ContactForces::work_of_handles(ConstField position) {
+    handle_forces_.assign(input_.handle_force_limits.size(), Vec3::Zero());  // N, before the step
+    const auto force_before = [&](const HandleRow& s) {
+        return Vec3(s.given.stiffness * (s.given.start_target - parts_[s.given.part].start[s.given.phyxel]));
+    };
+    for (const HandleRow& s : handle_springs_) handle_forces_[s.given.handle] += force_before(s);
+    double before = 0, after = 0;
+    for (const HandleRow& s : handle_springs_) {
+        const double size = handle_forces_[s.given.handle].norm();
+        const double limit = input_.handle_force_limits[s.given.handle];
+        const Vec3& end = position[s.given.part][s.given.phyxel];
+        const Vec3 displacement = end - parts_[s.given.part].start[s.given.phyxel];
+        before += (size > limit ? limit / size : 1) * force_before(s).dot(displacement);
+        after += s.stiffness * (s.given.target - end).dot(displacement);
+    }
+    return std::max(before, after);
 }
 
 void ContactForces::add_changes(std::uint32_t part, std::span<const std::int32_t> piece,

@@ -89,10 +89,12 @@ class ContactForces {
     /// finish.
     void add_changes(std::uint32_t part, std::span<const std::int32_t> piece, std::span<Vec3> change) const;
     /// Returns the number of active contacts. Valid after finish.
-    std::size_t pushing() const { return pushing_; }
+    std::size_t pushing() const { return result_.pushing; }
     /// Returns the energy stored in contact springs, J. Valid after finish. Offsets that push back an impact
     /// do not count.
-    double energy() const { return energy_; }
+    double energy() const { return result_.energy; }
+    /// Returns the work of the handles on the phyxels in the step, J. Valid after finish.
+    double handle_work() const { return result_.handle_work; }
 
   private:
     struct ContactRow {
@@ -151,6 +153,7 @@ class ContactForces {
     void limit_depenetration(const RowSums& sums, const Parallel& parallel);
     void list_active();
     bool revise_handle_springs(ConstField position);
+    double work_of_handles(ConstField position);
 
     ContactInput input_;
     std::vector<Part> parts_;
@@ -212,8 +215,12 @@ class ContactForces {
     std::vector<std::size_t> phyxel_count_;        // per part
     std::vector<double> handle_stiffness_before_;  // N/m, per attachment spring
     ChunkSumOf<ForceSums> revise_sum_;
-    std::size_t pushing_ = 0;
-    double energy_ = 0;  // J
+    /// Result of finish.
+    struct Result {
+        std::size_t pushing = 0;
+        double energy = 0, handle_work = 0;  // J
+    };
+    Result result_;
 };
 
 /// Finds new contacts that close within the step. Writes per contact: known, 1 if it is cached; impact, 1 if

@@ -287,15 +287,26 @@ void ContactImpulses::add_handle_springs(ConstField position, Field force) {
         return Vec3(p.stiffness * (p.target - position[p.part][p.phyxel]));
     };
     for (const HandleSpring& p : input_.handle_springs) total[p.handle] += force_of(p);
+    spring_force_.clear();
     for (const HandleSpring& p : input_.handle_springs) {
         const double size = total[p.handle].norm(), limit = input_.handle_force_limits[p.handle];
-        force[p.part][p.phyxel] += (size > limit ? limit / size : 1) * force_of(p);
+        spring_force_.push_back((size > limit ? limit / size : 1) * force_of(p));
+        force[p.part][p.phyxel] += spring_force_.back();
     }
     if (!input_.handle_forces) return;
     for (std::size_t h = 0; h < total.size(); ++h) {
         const double size = total[h].norm(), limit = input_.handle_force_limits[h];
         (*input_.handle_forces)[h] = (size > limit ? limit / size : 1) * total[h];
     }
+}
+
+double ContactImpulses::handle_power(Field velocity) const {
+    double sum = 0;
+    for (std::size_t k = 0; k < spring_force_.size(); ++k) {
+        const HandleSpring& p = input_.handle_springs[k];
+        if (parts_[p.part].fixed[p.phyxel] == 0) sum += spring_force_[k].dot(velocity[p.part][p.phyxel]);
+    }
+    return sum;
 }
 
 }  // namespace splitcubes::meshless

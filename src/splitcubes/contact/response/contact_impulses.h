@@ -47,6 +47,8 @@ class ContactImpulses {
     double energy() const;
     /// Adds the forces of the attachment springs at the given positions, N.
     void add_handle_springs(ConstField position, Field force);
+    /// Returns the power of these forces on what is not fixed, W, by the forces of the last call.
+    double handle_power(Field velocity) const;
 
   private:
     struct Incidence {
@@ -100,6 +102,7 @@ class ContactImpulses {
     std::vector<std::vector<double>> load_;            // per part, per phyxel: sum of weights of its contacts
     std::vector<std::span<const Vec3>> velocity_;      // m/s, per part, that solve changes
     std::vector<CachedContact> next_;
+    std::vector<Vec3> spring_force_;  // N, per attachment spring
 };
 
 }  // namespace splitcubes::meshless

@@ -150,6 +150,7 @@ void ImplicitSolver::step_together(std::span<Member> members, const ContactInput
     });
     members[0].report.contacts = group.forces->pushing();
     members[0].report.contact_energy = group.forces->energy();
+    members[0].report.work.handles = group.forces->handle_work();
 }
 
 // Marks the pieces that are hit in this step.
