@@ -31,12 +31,6 @@ struct StepInput {
 struct ExternalWork {
     double holds = 0;    // on what moves with them, and by that on the rest
     double handles = 0;  // by their springs
-
-    ExternalWork& operator+=(const ExternalWork& other) {
-        holds += other.holds;
-        handles += other.handles;
-        return *this;
-    }
 };
 
 struct SolverReport {

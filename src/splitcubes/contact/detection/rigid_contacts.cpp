@@ -16,11 +16,6 @@ namespace {
 
 using meshless::RigidPiece;
 
-Vec3 in_grid(const Vec3& centre) {
-    constexpr double limit = tuning::fragments::max_grid_coordinate;
-    return centre.cwiseMax(-limit).cwiseMin(limit);
-}
-
 }  // namespace
 
 RigidPiece& RigidContacts::piece_of(const Fragment& fragment) const {
@@ -45,7 +40,8 @@ void RigidContacts::list_fragments(const Task& task) {
             Fragment fragment;
             fragment.body = b;
             fragment.index = k;
-            fragment.start_centre = piece.centre;
+            constexpr double limit = tuning::fragments::max_grid_coordinate;
+            fragment.start_centre = piece.centre.cwiseMax(-limit).cwiseMin(limit);
             fragment.start_rotation = piece.rotation;
             for (const Vec3& point : rigid.points_of(piece)) {
                 fragment.radius = std::max(fragment.radius, point.norm());
@@ -98,8 +94,7 @@ void RigidContacts::list_samples(const ContactFinder& finder, const Parallel& pa
     const double reach = tuning::fragments::reach_share * spacing_ + max_surface_displacement_;
     balls_.clear();
     for (const Fragment& fragment : fragments_)
-        balls_.push_back(
-            {in_grid(fragment.start_centre), fragment.radius + fragment.max_displacement + reach});
+        balls_.push_back({fragment.start_centre, fragment.radius + fragment.max_displacement + reach});
     grid_.build(balls_);
     near_.resize(std::max(near_.size(), (positions.size() + grain - 1) / grain));
     for (std::vector<Near>& near : near_) near.clear();

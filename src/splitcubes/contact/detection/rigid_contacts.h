@@ -110,10 +110,10 @@ class RigidContacts {
         bool pushed = false;              // by anything but a collider
         std::vector<std::uint32_t> near;  // surface samples, ascending
         std::vector<ContactRow> rows;     // its contacts with surfaces, then with later fragments
+        std::vector<double> depth;        // m, <= 0, per obstacle, before positions are corrected
+        double outside_until = 0;         // m, its way below which it is not deeper in obstacles
 
         Vec3 start_point(const Vec3& own) const { return start_centre + start_rotation * own; }
-        std::vector<double> depth;  // m, <= 0, per obstacle, before positions are corrected
-        double outside_until = 0;   // m, its way below which it is not deeper in obstacles
     };
     /// Contact of an elastic piece with a collider.
     struct Support {

@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <limits>
 
 namespace splitcubes::body {
@@ -110,14 +109,16 @@ void RigidContacts::add_face_rows(const Task& task, std::uint32_t upper, std::ui
 // Measures how far each fragment moved beside the common motion of all, which makes no contacts.
 void RigidContacts::measure_motions() {
     Vec3 common = Vec3::Zero();  // m, mean displacement
-    for (const Fragment& fragment : fragments_)
-        common +=
-            (piece_of(fragment).centre - fragment.start_centre) / static_cast<double>(fragments_.size());
+    for (const Fragment& fragment : fragments_) {
+        const Vec3 displacement = piece_of(fragment).centre - fragment.start_centre;
+        if (displacement.allFinite()) common += displacement / static_cast<double>(fragments_.size());
+    }
     for (Fragment& fragment : fragments_) {
         const meshless::RigidPiece& piece = piece_of(fragment);
         // The displacement of a point by the rotation is at most this times its arm.
         const double turn = (piece.rotation - fragment.start_rotation).norm() / std::sqrt(2.0);
         fragment.motion = (piece.centre - fragment.start_centre - common).norm() + turn * fragment.radius;
+        if (!std::isfinite(fragment.motion)) fragment.motion = 0;
     }
 }
 
