@@ -369,18 +369,15 @@ bool ContactForces::revise_handle_springs(ConstField position) {
     };
     for (const HandleRow& s : handle_springs_)
         handle_forces_[s.given.handle] += s.given.stiffness * stretch(s);
-    const auto scaled_stiffness = [&](const HandleRow& s) {
+    bool changed = false;
+    for (HandleRow& s : handle_springs_) {
         const double limit = input_.handle_force_limits[s.given.handle];
         const double force = handle_forces_[s.given.handle].norm();
-        return s.given.stiffness * (force > limit ? limit / force : 1);
-    };
-    // Stiffnesses that hardly change stay those of the last solve, whose forces are reported.
-    const bool changed = std::any_of(handle_springs_.begin(), handle_springs_.end(), [&](const HandleRow& s) {
-        const double wanted = scaled_stiffness(s);
-        return std::abs(wanted - s.stiffness) > tuning::contact::force_slack * wanted;
-    });
-    if (changed)
-        for (HandleRow& s : handle_springs_) s.stiffness = scaled_stiffness(s);
+        const double scaled_stiffness = s.given.stiffness * (force > limit ? limit / force : 1);
+        changed = changed ||
+                  std::abs(scaled_stiffness - s.stiffness) > tuning::contact::force_slack * scaled_stiffness;
+        s.stiffness = scaled_stiffness;
+    }
     return changed;
 }
 
