@@ -128,6 +128,38 @@ TEST(Clamps, LinearFieldsOfAHeldSurfaceReachTheInside) {
     }
 }
 
+TimeScheme scheme_of(int trial) {
+    return std::array{TimeScheme::bdf2, TimeScheme::backward_euler,
+                      TimeScheme::tr_bdf2}[static_cast<std::size_t>(trial) % 3];
+}
+
+/// Hold of all phyxels beyond x, m, that moves by jerks.
+class JerkingHold {
+  public:
+    JerkingHold(Specimen& body, double x, const Parallel& parallel)
+        : body_(body), position_(body.phyxels.rest_position) {
+        for (const Vec3& rest : body.phyxels.rest_position) held_.push_back(rest.x() > x);
+        hold(body, held_, position_, parallel);
+        body.input.gravity = Vec3(0, 0, -9.81);
+    }
+    /// Moves the hold through a step. jerk: m/s, change of its velocity, which fades by a fifth per step.
+    void move(const Vec3& jerk) {
+        velocity_ = 0.8 * velocity_ + jerk;
+        for (Vec3& position : position_) position += body_.input.dt * velocity_;
+    }
+    double free_mass() const {
+        double mass = 0;
+        for (std::size_t i = 0; i < held_.size(); ++i) mass += held_[i] == 0 ? body_.phyxels.mass[i] : 0;
+        return mass;
+    }
+
+  private:
+    Specimen& body_;
+    std::vector<std::uint8_t> held_;
+    std::vector<Vec3> position_;    // m
+    Vec3 velocity_ = Vec3::Zero();  // m/s
+};
+
 // Holds that jerk strain a stiff body hardly, so steps need not be repeated.
 TEST(Clamps, StepsOfShakenStiffBodiesAreHardlyEverRepeated) {
     const Parallel parallel(2);
@@ -142,21 +174,13 @@ TEST(Clamps, StepsOfShakenStiffBodiesAreHardlyEverRepeated) {
             material.volume_stiffness = material.youngs_modulus;
         }
         Specimen body = block(9, 4, 5, 0.01, material, parallel);
-        body.options.scheme = std::array{TimeScheme::bdf2, TimeScheme::backward_euler,
-                                         TimeScheme::tr_bdf2}[static_cast<std::size_t>(trial) % 3];
+        body.options.scheme = scheme_of(trial);
         body.input.dt = 1.0 / 60;
-        std::vector<std::uint8_t> held;
-        for (const Vec3& rest : body.phyxels.rest_position) held.push_back(rest.x() > 0.025);
-        std::vector<Vec3> position = body.phyxels.rest_position;
-        hold(body, held, position, parallel);
-        body.input.gravity = Vec3(0, 0, -9.81);
-        Vec3 velocity = Vec3::Zero();  // m/s
-        double mass = 0;
-        for (std::size_t i = 0; i < held.size(); ++i) mass += held[i] == 0 ? body.phyxels.mass[i] : 0;
+        JerkingHold jerking(body, 0.025, parallel);
+        const double mass = jerking.free_mass();
         for (int step = 0; step < 20; ++step) {
             const Vec3 jerk = fixtures::random_vector(random, 0.2);
-            velocity = 0.8 * velocity + jerk;
-            for (std::size_t i = 0; i < held.size(); ++i) position[i] += body.input.dt * velocity;
+            jerking.move(jerk);
             const SolverReport report = body.step(parallel);
             ++steps;
             failed += report.retries > 0 || report.energy_excess_pieces > 0;
@@ -181,19 +205,12 @@ TEST(Clamps, SoftStripsThatAreShakenLoseHardlyAnyEnergyToTheGuard) {
         material.poisson_ratio = random.uniform(0, 0.4);
         if (trial % 2 == 1) material.model = MaterialModel::st_venant_kirchhoff;
         Specimen body = block(16, 4, 2, 0.01, material, parallel);
-        body.options.scheme = std::array{TimeScheme::bdf2, TimeScheme::backward_euler,
-                                         TimeScheme::tr_bdf2}[static_cast<std::size_t>(trial) % 3];
+        body.options.scheme = scheme_of(trial);
         body.input.dt = 1.0 / 30;
-        std::vector<std::uint8_t> held;
-        for (const Vec3& rest : body.phyxels.rest_position) held.push_back(rest.x() > 0.06);
-        std::vector<Vec3> position = body.phyxels.rest_position;
-        hold(body, held, position, parallel);
-        body.input.gravity = Vec3(0, 0, -9.81);
-        Vec3 velocity = Vec3::Zero();  // m/s
+        JerkingHold jerking(body, 0.06, parallel);
         double trial_removed = 0, trial_energy = 0;
         for (int step = 0; step < 20; ++step) {
-            velocity = 0.8 * velocity + fixtures::random_vector(random, 0.3);
-            for (std::size_t i = 0; i < held.size(); ++i) position[i] += body.input.dt * velocity;
+            jerking.move(fixtures::random_vector(random, 0.3));
             const SolverReport report = body.step(parallel);
             trial_removed += report.energy_removed;
             trial_energy = std::max(trial_energy, report.kinetic_energy + report.elastic_energy);

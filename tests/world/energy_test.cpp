@@ -283,8 +283,8 @@ TEST(Energy, RisesByNoMoreThanTheWorkOfHoldsAndHandles) {
     }
 }
 
-// What lies in the region of a hold, but was pulled away from it with the rest of its piece, is not taken
-// back where cuts give it phyxels of its own.
+// A hold does not take back material of its region that was pulled away with the rest of its piece, where
+// cuts give that phyxels of its own.
 TEST(Energy, HoldsDoNotCatchWhatHandlesPulledAway) {
     body::WorldSettings settings = settings_of(SolverKind::implicit_steps, 1.0 / 100);
     settings.contact.pieces = false;

@@ -158,9 +158,9 @@ void Resampler::add_sample(std::uint32_t node, std::int32_t piece) {
     start.deformation = motion.jacobian;
     start.velocity = motion.velocity;
     start.plastic_strain = motion.plastic_strain;
-    const double offset = attachments_.hold_offset(start.rest_position, start.position);
     if (is_loose_[static_cast<std::size_t>(piece)] != 0 ||
-        offset > tuning::resampling::max_hold_offset * samples_.spacing)
+        attachments_.hold_offset(start.rest_position, start.position) >
+            tuning::resampling::max_hold_offset * samples_.spacing)
         start.ignored_holds = static_cast<std::uint32_t>(attachments_.holds);
     if (is_unpulled_[static_cast<std::size_t>(piece)] != 0)
         start.ignored_handles = static_cast<std::uint32_t>(attachments_.handles);

@@ -188,10 +188,10 @@ void EnergyGuard::count_handles(const Phyxels& phyxels, const StepInput& input, 
         if (acts(spring)) force_[spring.handle] += force_of(spring);
     for (const HandleSpring& spring : contacts.handle_springs) {
         if (!acts(spring)) continue;
-        const double size = force_[spring.handle].norm();
-        const double limit = contacts.handle_force_limits[spring.handle];
+        const double share =
+            share_within_limit(force_[spring.handle], contacts.handle_force_limits[spring.handle]);
         ContactSum& sum = contacts_[slot(phyxels, spring.phyxel)];
-        sum.force += (size > limit ? limit / size : 1) * force_of(spring);
+        sum.force += share * force_of(spring);
         sum.work = std::numeric_limits<double>::infinity();
     }
 }

@@ -97,7 +97,7 @@ class EnergyGuard {
         void add_hold(const Vec3& displacement, double m);
         Account& operator+=(const Account& other);
     };
-    /// Of the contacts of a piece; on its free phyxels where nothing else is said.
+    /// What contacts do to a piece: to its free phyxels where nothing else is said.
     struct ContactSum {
         double work = 0;            // J, in the step
         double work_on_held = 0;    // J, of the forces at the end of the step

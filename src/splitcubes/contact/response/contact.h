@@ -52,6 +52,12 @@ struct HandleSpring {
     Vec3 start_target = Vec3::Zero();  // m, world, at the start of the step; for the work only
 };
 
+/// Returns the factor that keeps a handle's summed force, N, within its limit, N.
+inline double share_within_limit(const Vec3& force, double limit) {
+    const double size = force.norm();
+    return size > limit ? limit / size : 1;
+}
+
 /// State of a contact that persists from one step to the next.
 struct CachedContact {
     std::uint64_t key = 0;

@@ -371,9 +371,9 @@ bool ContactForces::revise_handle_springs(ConstField position) {
         handle_forces_[s.given.handle] += s.given.stiffness * stretch(s);
     bool changed = false;
     for (HandleRow& s : handle_springs_) {
-        const double limit = input_.handle_force_limits[s.given.handle];
-        const double force = handle_forces_[s.given.handle].norm();
-        const double scaled_stiffness = s.given.stiffness * (force > limit ? limit / force : 1);
+        const double scaled_stiffness =
+            s.given.stiffness *
+            share_within_limit(handle_forces_[s.given.handle], input_.handle_force_limits[s.given.handle]);
         changed = changed ||
                   std::abs(scaled_stiffness - s.stiffness) > tuning::contact::force_slack * scaled_stiffness;
         s.stiffness = scaled_stiffness;
@@ -579,11 +579,11 @@ double ContactForces::work_of_handles(ConstField position) {
     for (const HandleRow& s : handle_springs_) handle_forces_[s.given.handle] += force_before(s);
     double before = 0, after = 0;
     for (const HandleRow& s : handle_springs_) {
-        const double size = handle_forces_[s.given.handle].norm();
-        const double limit = input_.handle_force_limits[s.given.handle];
+        const double share =
+            share_within_limit(handle_forces_[s.given.handle], input_.handle_force_limits[s.given.handle]);
         const Vec3& end = position[s.given.part][s.given.phyxel];
         const Vec3 displacement = end - parts_[s.given.part].start[s.given.phyxel];
-        before += (size > limit ? limit / size : 1) * force_before(s).dot(displacement);
+        before += share * force_before(s).dot(displacement);
         after += s.stiffness * (s.given.target - end).dot(displacement);
     }
     return std::max(before, after);

@@ -289,15 +289,13 @@ void ContactImpulses::add_handle_springs(ConstField position, Field force) {
     for (const HandleSpring& p : input_.handle_springs) total[p.handle] += force_of(p);
     spring_force_.clear();
     for (const HandleSpring& p : input_.handle_springs) {
-        const double size = total[p.handle].norm(), limit = input_.handle_force_limits[p.handle];
-        spring_force_.push_back((size > limit ? limit / size : 1) * force_of(p));
+        const double share = share_within_limit(total[p.handle], input_.handle_force_limits[p.handle]);
+        spring_force_.push_back(share * force_of(p));
         force[p.part][p.phyxel] += spring_force_.back();
     }
     if (!input_.handle_forces) return;
-    for (std::size_t h = 0; h < total.size(); ++h) {
-        const double size = total[h].norm(), limit = input_.handle_force_limits[h];
-        (*input_.handle_forces)[h] = (size > limit ? limit / size : 1) * total[h];
-    }
+    for (std::size_t h = 0; h < total.size(); ++h)
+        (*input_.handle_forces)[h] = share_within_limit(total[h], input_.handle_force_limits[h]) * total[h];
 }
 
 double ContactImpulses::handle_power(Field velocity) const {
