@@ -158,13 +158,12 @@ void Resampler::add_sample(std::uint32_t node, std::int32_t piece) {
     start.deformation = motion.jacobian;
     start.velocity = motion.velocity;
     start.plastic_strain = motion.plastic_strain;
-    if (is_loose_[static_cast<std::size_t>(piece)] != 0 ||
-        attachments_.hold_offset(start.rest_position, start.position) >
-            tuning::resampling::max_hold_offset * samples_.spacing)
+    const auto k = static_cast<std::size_t>(piece);
+    const double max_offset = tuning::resampling::max_hold_offset * samples_.spacing;
+    if (is_loose_[k] != 0 || attachments_.hold_offset(start.rest_position, start.position) > max_offset)
         start.ignored_holds = static_cast<std::uint32_t>(attachments_.holds);
-    if (is_unpulled_[static_cast<std::size_t>(piece)] != 0)
-        start.ignored_handles = static_cast<std::uint32_t>(attachments_.handles);
-    members_[static_cast<std::size_t>(piece)].push_back(static_cast<std::uint32_t>(samples_.phyxels.size()));
+    if (is_unpulled_[k] != 0) start.ignored_handles = static_cast<std::uint32_t>(attachments_.handles);
+    members_[k].push_back(static_cast<std::uint32_t>(samples_.phyxels.size()));
     samples_.phyxels.append(start);
     samples_.owner.push_back(context_.nodes.node[node]);
     samples_.previous_deformation.push_back(start.deformation);
@@ -320,17 +319,15 @@ void Resampler::refresh_links(std::size_t old_count) {
     change_.dirty_pairs.clear();
 }
 
-// Returns 1 for each piece on which none of `count` holds or handles acts. A hold that acted on no phyxel of
-// a piece would pull new ones to where they would be without the motion of the piece. For a piece without
-// phyxels, those of its family count.
+// Returns 1 for each piece on which none of `count` holds or handles acts: a hold would pull new phyxels to
+// where they would be without the motion of the piece. For a piece without phyxels, its family counts.
 std::vector<std::uint8_t> Resampler::find_loose(std::span<const std::int32_t> family, std::size_t count,
                                                 const std::function<bool(std::size_t)>& acts_on) const {
     std::vector<std::uint8_t> is_loose(family.size(), 0);
     if (count == 0) return is_loose;
     std::vector<std::uint8_t> is_attached(family.size(), 0), family_is_attached(family.size(), 0);
     for (std::size_t k = 0; k < family.size(); ++k) {
-        is_attached[k] =
-            std::any_of(members_[k].begin(), members_[k].end(), [&](std::uint32_t i) { return acts_on(i); });
+        is_attached[k] = std::any_of(members_[k].begin(), members_[k].end(), std::cref(acts_on));
         if (is_attached[k] != 0) family_is_attached[static_cast<std::size_t>(family[k])] = 1;
     }
     for (std::size_t k = 0; k < family.size(); ++k)

@@ -360,27 +360,6 @@ bool ContactForces::list_springs() {
     return true;
 }
 
-// Scales the springs of each handle so that their summed force stays within its limit. Returns whether
-// stiffnesses changed.
-bool ContactForces::revise_handle_springs(ConstField position) {
-    handle_forces_.assign(input_.handle_force_limits.size(), Vec3::Zero());
-    const auto stretch = [&](const HandleRow& s) {
-        return Vec3(s.given.target - position[s.given.part][s.given.phyxel]);
-    };
-    for (const HandleRow& s : handle_springs_)
-        handle_forces_[s.given.handle] += s.given.stiffness * stretch(s);
-    bool changed = false;
-    for (HandleRow& s : handle_springs_) {
-        const double scaled_stiffness =
-            s.given.stiffness *
-            share_within_limit(handle_forces_[s.given.handle], input_.handle_force_limits[s.given.handle]);
-        changed = changed ||
-                  std::abs(scaled_stiffness - s.stiffness) > tuning::contact::force_slack * scaled_stiffness;
-        s.stiffness = scaled_stiffness;
-    }
-    return changed;
-}
-
 // Finds the spring state that the contact law demands at the positions of the last solve.
 ContactForces::ForceSums ContactForces::revise_row(std::size_t r, ConstField position, bool keep_offset) {
     ContactRow& row = rows_[r];
@@ -567,26 +546,6 @@ void ContactForces::finish(ConstField position, std::span<const std::span<std::u
         if (input_.handle_forces)
             (*input_.handle_forces)[s.given.handle] += s.stiffness * (s.given.target - end);
     }
-}
-
-// Returns the work of the handles on the phyxels in the step, J: the larger one by their forces before and
-// after it. A step of second order uses forces between.
-double ContactForces::work_of_handles(ConstField position) {
-    handle_forces_.assign(input_.handle_force_limits.size(), Vec3::Zero());  // N, before the step
-    const auto force_before = [&](const HandleRow& s) {
-        return Vec3(s.given.stiffness * (s.given.start_target - parts_[s.given.part].start[s.given.phyxel]));
-    };
-    for (const HandleRow& s : handle_springs_) handle_forces_[s.given.handle] += force_before(s);
-    double before = 0, after = 0;
-    for (const HandleRow& s : handle_springs_) {
-        const double share =
-            share_within_limit(handle_forces_[s.given.handle], input_.handle_force_limits[s.given.handle]);
-        const Vec3& end = position[s.given.part][s.given.phyxel];
-        const Vec3 displacement = end - parts_[s.given.part].start[s.given.phyxel];
-        before += share * force_before(s).dot(displacement);
-        after += s.stiffness * (s.given.target - end).dot(displacement);
-    }
-    return std::max(before, after);
 }
 
 void ContactForces::add_changes(std::uint32_t part, std::span<const std::int32_t> piece,
